@@ -105,9 +105,10 @@ enum Command {
     Position(PositionArgs),
     /// Measure the response map of a motor of which only the design is known, within a minute of its time
     ///
-    /// Sweeps the drive's frequency, drives cruises and bursts, and measures what the rotor does through the instruments
-    /// alone. The map that `position` plans by is the prior: each of its rows gets a factor by Bayes' rule. The map of
-    /// this motor goes to map.toml, for `position --map`. A motor that is not fit for use is refused with the reason.
+    /// Sweeps the drive's frequency, drives cruises and bursts, and measures what the rotor does through the
+    /// instruments alone. The map that `position` plans by is the prior: each of its rows gets a factor by Bayes' rule.
+    /// The map of this motor goes to map.toml, for `position --map`. A motor that is not fit for use is refused with
+    /// the reason.
     Commission(CommissionArgs),
     /// Simulate the published tables and figures and compare them with the paper
     Reproduce(ReproduceArgs),

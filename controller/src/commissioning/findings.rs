@@ -7,7 +7,7 @@
 //! |---|---|
 //! | dead | the upper limit of the rate of the strongest one is below [`DEAD_PART`] of the map's |
 //! | turns the other way | the upper limit of that rate is below zero |
-//! | fastest below full drive | a weaker one is faster than the strongest measured, by Student's t over all weaker ones |
+//! | fastest below full drive | a weaker one is faster than the strongest, by Student's t over all weaker ones |
 //! | turns back | more windows go backwards than [`ODD_PART`] of all explains, by the binomial law over all rows |
 //! | sticks | the same of windows without a turn, where none goes backwards |
 //!

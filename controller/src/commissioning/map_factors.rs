@@ -31,8 +31,8 @@ const COAST_SHAPE: f32 = 0.1 * 0.1;
 const WINDOW_RIPPLE: f32 = 3.0 * 0.1 * 0.1;
 /// Least part of the map's rate whose ripple is expected. An assumption.
 const RIPPLING_PART: f32 = 0.05;
-/// Variance of the mean rate over `windows`, in units of the map's; `None` of none. The ripple is expected in proportion
-/// to the rate.
+/// Variance of the mean rate over `windows`, in units of the map's; `None` of none. The ripple is expected in
+/// proportion to the rate.
 pub(super) fn rate_variance(windows: &Repeats) -> Option<f32> {
     let part = windows.mean().abs().clamp(RIPPLING_PART, 1.0);
     Some(WINDOWS_PER_INDEPENDENT * windows.mean_variance(WINDOW_RIPPLE * part * part)?)

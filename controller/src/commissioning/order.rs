@@ -61,8 +61,8 @@ pub(super) struct Known<'a> {
     pub instruments: &'a Instruments,
 }
 
-/// How many bursts of `family` like `burst` are driven before the turn is measured. Coarse bursts differ from one to the
-/// next, and those that follow one another differ alike: they are measured one by one.
+/// How many bursts of `family` like `burst` are driven before the turn is measured. Coarse bursts differ from one to
+/// the next, and those that follow one another differ alike: they are measured one by one.
 pub(super) fn train(family: Family, burst: &Burst) -> u8 {
     let mut count = 1;
     while is_fine(family)

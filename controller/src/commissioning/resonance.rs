@@ -10,8 +10,8 @@
 //! ```
 //!
 //! It is fitted to `ln P` by least squares (Levenberg and Marquardt), from several widths. The variance of `ln P` is
-//! that between parts of a point's time, the same for all points. The covariance is `s^2 (J' J)^-1`. Where chi-square per
-//! degree of freedom exceeds 1 it is multiplied by it (Birge, Physical Review 40 (1932) 207): the curve is then no
+//! that between parts of a point's time, the same for all points. The covariance is `s^2 (J' J)^-1`. Where chi-square
+//! per degree of freedom exceeds 1 it is multiplied by it (Birge, Physical Review 40 (1932) 207): the curve is then no
 //! better known than it fits.
 //!
 //! A point counts if its power is at least [`BOUNCING_PART`] of the greatest: below it the rotor lies on the teeth.
@@ -19,12 +19,12 @@
 //! # What the error bar holds beside chance
 //!
 //! The rotor is four times as heavy as the stator. Its strikes load the teeth, so that the power is greatest beside the
-//! resonance of the stator alone. [`PULL`] says how far, in motors drawn around Table 1. In mode C a rotor that moves up
-//! and down pulls by +28 +- 6 Hz (24 motors), one that tilts by -10 +- 10 Hz (8 motors of three kinds). Nothing that is
-//! measured tells these two apart, so the error bar holds both.
+//! resonance of the stator alone. [`PULL`] says how far, in motors drawn around Table 1. In mode C a rotor that moves
+//! up and down pulls by +28 +- 6 Hz (24 motors), one that tilts by -10 +- 10 Hz (8 motors of three kinds). Nothing that
+//! is measured tells these two apart, so the error bar holds both.
 //!
-//! A weaker bounce is loaded more: in mode B by +50 Hz at three tenths of the drive. Pull and error bar grow as the peak
-//! velocity falls below that of the motors by which they were found.
+//! A weaker bounce is loaded more: in mode B by +50 Hz at three tenths of the drive. Pull and error bar grow as the
+//! peak velocity falls below that of the motors by which they were found.
 
 use motor_model::{DriveMode, math};
 
@@ -55,8 +55,8 @@ impl Pull {
     }
 }
 
-/// Part of the greatest power below which the rotor lies on the teeth. Resonance curves of six half widths to either side
-/// fall to a thirtieth of it.
+/// Part of the greatest power below which the rotor lies on the teeth. Resonance curves of six half widths to either
+/// side fall to a thirtieth of it.
 const BOUNCING_PART: f32 = 0.03;
 /// Probability with which a curve that fits is told not to.
 const MISFIT_FALSE: f32 = 0.01;

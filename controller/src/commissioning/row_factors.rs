@@ -13,16 +13,16 @@
 //! row i:                    that and N(y_i, m_i), weighted by their precisions
 //! ```
 //!
-//! A row that was not measured keeps the prior's shape under the common factor. A slow motor's rows differ by less: `o_i`
-//! is multiplied by the square of the weighted mean of the rows, from a hundredth to 1.
+//! A row that was not measured keeps the prior's shape under the common factor. A slow motor's rows differ by less:
+//! `o_i` is multiplied by the square of the weighted mean of the rows, from a hundredth to 1.
 //!
 //! # Where the prior does not hold
 //!
 //! - Level: the weighted mean of the rows lies beyond [`LEVEL_SIGMAS`] of what the prior expects. `v` becomes the
 //!   square of that distance, so that the measurement decides.
-//! - Shape: `Q = sum w (y - mean)^2` exceeds the 1 % point of chi-square with n - 1 degrees of freedom. All `o_i` grow by
-//!   the variance between rows that explains Q (`DerSimonian` and Laird, "Meta-analysis in clinical trials", Controlled
-//!   Clinical Trials 7 (1986) 177): `(Q - (n - 1)) / (sum w - sum w^2 / sum w)`.
+//! - Shape: `Q = sum w (y - mean)^2` exceeds the 1 % point of chi-square with n - 1 degrees of freedom. All `o_i` grow
+//!   by the variance between rows that explains Q: `(Q - (n - 1)) / (sum w - sum w^2 / sum w)` (`DerSimonian` and Laird,
+//!   "Meta-analysis in clinical trials", Controlled Clinical Trials 7 (1986) 177).
 
 use super::quantiles;
 

@@ -23,8 +23,8 @@ impl IdealMotor {
         Self { commissioning, factor, now, angle, off_since, shortest_off_nanos: u64::MAX }
     }
 
-    /// What the filter says: sure once the drive has been off for 5 ms, and, as filters do, at rest until a driven rotor
-    /// has been seen to move for 1 ms.
+    /// What the filter says: sure once the drive has been off for 5 ms, and, as filters do, at rest until a driven
+    /// rotor has been seen to move for 1 ms.
     fn estimate(&self, driven_nanos: u64) -> Estimate<f32> {
         let sure = self.now.nanos_since(self.off_since) > 5_000_000 && driven_nanos == 0;
         Estimate {

@@ -8,8 +8,8 @@ use simulation::scene::parse_response_map;
 use crate::support::built_command::{folder, json, number, output_on, refuses, succeeds, written};
 use crate::support::closeness::assert_between;
 
-/// A motor is commissioned within a minute of its time. Its map differs from the one that it began with, and a move by it
-/// arrives.
+/// A motor is commissioned within a minute of its time. Its map differs from the one that it began with, and a move by
+/// it arrives.
 #[test]
 fn tool_commission_writes_a_map_that_position_takes() {
     let folder = folder();

@@ -191,8 +191,8 @@ pub(crate) fn verdict(motor: &CommissionedMotor) -> String {
     let trials: u32 = rows::cruises(motor).iter().map(|row| u32::from(row.windows > 0)).sum::<u32>()
         + rows::bursts(motor).iter().map(|row| u32::from(row.trains > 0)).sum::<u32>();
     let mut text = format!(
-        "Motor of seed {}, measured for {:.1} s of its time: {trials} rows of the map by their own drive, the others by \
-         the factor of their table.",
+        "Motor of seed {}, measured for {:.1} s of its time: {trials} rows of the map by their own drive, the others \
+         by the factor of their table.",
         motor.seed, found.time_s
     );
     let sentences: Vec<String> = found.findings.iter().map(sentence).collect();

@@ -75,9 +75,9 @@ impl CommissioningTrials {
         let refused = self.trials.iter().filter(|trial| trial.refused.is_some()).count();
         let median_s = quantile(&mut self.times_s(), 500).unwrap_or(f64::NAN);
         format!(
-            "{} motors, commissioned in {median_s:.1} s each (median), {refused} refused. Of the moves of the others 95 % \
-             end within {:.2} milli-degrees by the map of the motor, and within {:.2} by the map that it began with; {} \
-             and {} failed.",
+            "{} motors, commissioned in {median_s:.1} s each (median), {refused} refused. Of the moves of the others \
+             95 % end within {:.2} milli-degrees by the map of the motor, and within {:.2} by the map that it began \
+             with; {} and {} failed.",
             self.trials.len(),
             own.p95_mdeg,
             prior.p95_mdeg,
