@@ -21,8 +21,8 @@
 //! - Level: the weighted mean of the rows lies beyond [`LEVEL_SIGMAS`] of what the prior expects. `v` becomes the
 //!   square of that distance, so that the measurement decides.
 //! - Shape: `Q = sum w (y - mean)^2` exceeds the 1 % point of chi-square with n - 1 degrees of freedom. All `o_i` grow
-//!   by the variance between rows that explains Q: `(Q - (n - 1)) / (sum w - sum w^2 / sum w)` (`DerSimonian` and Laird,
-//!   "Meta-analysis in clinical trials", Controlled Clinical Trials 7 (1986) 177).
+//!   by the variance between rows that explains Q: `(Q - (n - 1)) / (sum w - sum w^2 / sum w)` (`DerSimonian` and
+//!   Laird, "Meta-analysis in clinical trials", Controlled Clinical Trials 7 (1986) 177).
 
 use super::quantiles;
 
