@@ -151,12 +151,12 @@ fn exact_refusals_name_the_key_and_its_readers() {
     let refused = |command: &str, key| Reader::named(command).admit(key).unwrap_err().one_line();
     assert_eq!(
         refused("simulate", "plant.friction"),
-        "error: simulate does not read plant.friction; hint: position, rate, record, calibrate, estimate, filters, \
+        "error: simulate does not read plant.friction; hint: position, commission, rate, record, calibrate, estimate, filters, \
          positioning-trials, instruments, faults, response-map, pil, run read it; simulate reads simulate.friction"
     );
     assert_eq!(
         refused("response-map", "plant.step_s"),
-        "error: response-map sets plant.step_s itself; hint: position, rate, record, calibrate, estimate, filters, \
+        "error: response-map sets plant.step_s itself; hint: position, commission, rate, record, calibrate, estimate, filters, \
          positioning-trials, instruments, faults, pil, run read it"
     );
     assert_eq!(
