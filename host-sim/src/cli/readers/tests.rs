@@ -151,13 +151,13 @@ fn exact_refusals_name_the_key_and_its_readers() {
     let refused = |command: &str, key| Reader::named(command).admit(key).unwrap_err().one_line();
     assert_eq!(
         refused("simulate", "plant.friction"),
-        "error: simulate does not read plant.friction; hint: position, commission, rate, record, calibrate, estimate, filters, \
-         positioning-trials, instruments, faults, response-map, pil, run read it; simulate reads simulate.friction"
+        "error: simulate does not read plant.friction; hint: position, commission, rate, record, calibrate, estimate, \
+         filters, positioning-trials, instruments, faults, response-map, pil, run read it; simulate reads simulate.friction"
     );
     assert_eq!(
         refused("response-map", "plant.step_s"),
-        "error: response-map sets plant.step_s itself; hint: position, commission, rate, record, calibrate, estimate, filters, \
-         positioning-trials, instruments, faults, pil, run read it"
+        "error: response-map sets plant.step_s itself; hint: position, commission, rate, record, calibrate, estimate, \
+         filters, positioning-trials, instruments, faults, pil, run read it"
     );
     assert_eq!(
         refused("position", "calibrate.steps"),
