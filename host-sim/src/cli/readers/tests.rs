@@ -152,7 +152,8 @@ fn exact_refusals_name_the_key_and_its_readers() {
     assert_eq!(
         refused("simulate", "plant.friction"),
         "error: simulate does not read plant.friction; hint: position, commission, rate, record, calibrate, estimate, \
-         filters, positioning-trials, instruments, faults, response-map, pil, run read it; simulate reads simulate.friction"
+         filters, positioning-trials, instruments, faults, response-map, pil, run read it; simulate reads \
+         simulate.friction"
     );
     assert_eq!(
         refused("response-map", "plant.step_s"),
