@@ -76,7 +76,7 @@ mod tests {
                 let first_used = words - deepest;
                 let is_unused = |word: usize| {
                     assert!(word < words, "beyond the stack");
-                    word < first_used || (word > first_used && word % 3 == 0)
+                    word < first_used || (word > first_used && word.is_multiple_of(3))
                 };
                 for _ in 0..3 {
                     if gauge.look(per_tick, is_unused) {

@@ -124,8 +124,8 @@ fn law_a_failed_amplifier_latches_and_is_told() {
     assert!(!bench.is_on());
     bench.run_tick();
     let failed = BoardMessage::Fault(BoardFault::AmplifierFailed);
-    assert_eq!(bench.received, [failed.clone()]);
-    assert_eq!(bench.exchange(&HostMessage::Arm), [failed.clone()]);
+    assert_eq!(bench.received, std::slice::from_ref(&failed));
+    assert_eq!(bench.exchange(&HostMessage::Arm), std::slice::from_ref(&failed));
     bench.pins.broken.set(false);
     assert_eq!(bench.exchange(&HostMessage::Stop), [BoardMessage::Stopped]);
     bench.received.clear();
