@@ -148,8 +148,9 @@ impl CommissioningTrials {
         for (title, counts) in ["Found", "Refused"].into_iter().zip(self.counts()) {
             if !counts.is_empty() {
                 blocks.push(heading(title));
-                let lines = counts.into_iter().map(|(what, count)| (what, count.to_string()));
-                blocks.push(Block::Table(Table::of_lines(lines)));
+                let mut table = Table::new(&["what", "motors"]);
+                counts.into_iter().for_each(|(what, count)| table.push(vec![what, count.to_string()]));
+                blocks.push(Block::Table(table));
             }
         }
         Document { blocks }
