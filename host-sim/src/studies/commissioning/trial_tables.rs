@@ -27,6 +27,9 @@ struct ResonanceErrors {
     sd_hz: f64,
 }
 
+/// Probability of chance from which on a difference counts as not shown.
+const CHANCE: f64 = 0.05;
+
 impl CommissioningTrials {
     /// Of each pair of moves what `of` gives by the map of its own less what it gives by the other.
     fn differences(&self, of: fn(&PositioningTrial) -> Option<f64>) -> Vec<f64> {
@@ -110,8 +113,14 @@ impl CommissioningTrials {
         let times = self.differences(|trial| trial.settle_s);
         let said = |what: &str, differences: &[f64]| {
             let ranks = paired_difference::of_medians(differences);
-            let way = if ranks.rise > 0.0 { "larger" } else { "smaller" };
-            format!("{what} rather {way} by the map of the motor (p = {:.2}, signed ranks)", ranks.p)
+            let way = if ranks.p >= CHANCE {
+                "not shown to differ between the maps"
+            } else if ranks.rise > 0.0 {
+                "larger by the map of the motor"
+            } else {
+                "smaller by the map of the motor"
+            };
+            format!("{what} {way} (p = {:.2}, signed ranks)", ranks.p)
         };
         format!(
             "Run by run, errors are {}; times to settle are {}. Errors in milli-degrees, times in s.",
