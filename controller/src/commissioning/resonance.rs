@@ -308,8 +308,8 @@ mod tests {
         assert!(clean.fits && !odd.fits && odd.fit_sd_hz > 3.0 * clean.fit_sd_hz, "{clean:?} {odd:?}");
     }
 
-    /// A bounce of two thirds of the velocity is pulled 1.5 times as far, and known 1.5 times as badly. One of less than
-    /// half tells nothing.
+    /// A bounce of two thirds of the velocity is pulled 1.5 times as far, and known 1.5 times as badly. One of less
+    /// than half tells nothing.
     #[test]
     fn exact_a_weak_bounce_is_pulled_farther() {
         let strong = PULL[0].at(33e-3 * 33e-3).unwrap();
