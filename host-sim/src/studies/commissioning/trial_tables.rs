@@ -158,7 +158,9 @@ impl CommissioningTrials {
             if !counts.is_empty() {
                 blocks.push(heading(title));
                 let mut table = Table::new(&["what", "motors"]);
-                counts.into_iter().for_each(|(what, count)| table.push(vec![what, count.to_string()]));
+                for (what, count) in counts {
+                    table.push(vec![what, count.to_string()]);
+                }
                 blocks.push(Block::Table(table));
             }
         }
