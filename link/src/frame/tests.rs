@@ -157,7 +157,7 @@ fn exact_another_version_is_told_from_damage() {
     let length = cobs::encode(&content, &mut frame);
     let decoded = decode::<HostMessage>(&mut frame[..length]);
     assert_eq!(decoded, Err(FrameError::Version { theirs: VERSION + 1 }));
-    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 6, expected 5");
+    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 7, expected 6");
 }
 
 /// A million frames, each damaged in one of five ways, on one line: none but whole ones are accepted.
