@@ -16,12 +16,14 @@
 //! | module | what it is |
 //! |---|---|
 //! | this one | session, states and messages |
+//! | `description` | what the host tells before a move: instruments, motor, map, configuration |
 //! | `configured_move` | the bench as the host describes it, and the move that is configured on it |
 //! | `forecast` | what a move will take, asked before it is configured |
 //! | `map_memory` | the response map, as it comes in parts |
 //! | `measurements`, `ports` | the queues of measurements until the next tick, and what a tick sees of the board |
 
 mod configured_move;
+mod description;
 mod forecast;
 mod map_memory;
 mod measurements;
@@ -34,15 +36,15 @@ use core::mem;
 use controller::{PositionLoop, Positioning};
 use estimator::LdvSample;
 use link::{
-    Arrival, BoardFault, BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, FrameError,
-    Header, HostMessage, Sequence, SettingKey, TickRecord, VERSION, decode_on_board, encode_on_board,
+    Arrival, BoardFault, BoardMessage, Counters, Deframer, FRAME_BYTES_MAX, FrameError, Header, HostMessage,
+    Sequence, TickRecord, VERSION, decode_on_board, encode_on_board,
 };
-use motor_model::{DriveCommand, OutOfBounds, Time};
+use motor_model::{DriveCommand, Time};
 
 use crate::design::DesignedDrive;
 use crate::telemetry::{ArmingState, Entry, Telemetry};
 pub use configured_move::MoveMemory;
-use configured_move::{Bench, Move, MoveError};
+use configured_move::{Bench, Move};
 use measurements::MeasurementQueues;
 use ports::Ports;
 
@@ -388,60 +390,6 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         }
     }
 
-    // Never inlined: the stack that construction of a filter takes is then not part of every tick's.
-    #[inline(never)]
-    fn configure(&mut self, configuration: Configuration) -> BoardMessage {
-        if self.is_armed() {
-            return BoardMessage::Fault(BoardFault::Armed);
-        }
-        let design = match D::design(&self.bench.design) {
-            Ok(design) => design,
-            Err(error) => return refused(&error),
-        };
-        match Move::build(self.memory, configuration, &self.bench) {
-            Ok(()) => {
-                self.amplifier.follow(design);
-                BoardMessage::Configured
-            }
-            Err(MoveError::Setting(error)) => refused(&error),
-            Err(MoveError::Map(fault)) => BoardMessage::Fault(BoardFault::Map(fault)),
-        }
-    }
-
-    /// Changes the description of the bench, for the configurations that follow.
-    fn describe(&mut self, change: impl FnOnce(&mut Bench) -> Result<(), OutOfBounds>) -> BoardMessage {
-        if self.is_armed() {
-            return BoardMessage::Fault(BoardFault::Armed);
-        }
-        match change(&mut self.bench) {
-            Ok(()) => BoardMessage::Described,
-            Err(error) => refused(&error),
-        }
-    }
-
-    /// Takes a part of the response map, for the configurations that follow.
-    // Never inlined: as above.
-    #[inline(never)]
-    fn describe_map(&mut self, part: &HostMessage) -> BoardMessage {
-        if self.is_armed() {
-            return BoardMessage::Fault(BoardFault::Armed);
-        }
-        let MoveMemory { configured, map, .. } = &mut *self.memory;
-        let taken = match part {
-            HostMessage::MapRows(rows) => map.append(rows),
-            HostMessage::MapEnd(end) => map.end(*end),
-            _ => {
-                *configured = None;
-                map.begin(&self.bench.design);
-                Ok(())
-            }
-        };
-        match taken {
-            Ok(()) => BoardMessage::Described,
-            Err(fault) => BoardMessage::Fault(BoardFault::Map(fault)),
-        }
-    }
-
     fn arm(&mut self) -> BoardMessage {
         let MoveMemory { configured, map, .. } = &mut *self.memory;
         match (&self.state, configured, map.map()) {
@@ -454,11 +402,6 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             (State::Safe | State::Latched(_), ..) => BoardMessage::Fault(self.fault()),
         }
     }
-}
-
-fn refused(error: &OutOfBounds) -> BoardMessage {
-    let key = SettingKey::try_from(error.key).unwrap_or_default();
-    BoardMessage::Fault(BoardFault::OutOfBounds { key })
 }
 
 fn time(ticks: u64) -> Time {

@@ -3,8 +3,9 @@
 use controller::MoveForecast;
 use link::{BoardFault, BoardMessage, Configuration};
 
+use super::Application;
 use super::configured_move::{MoveError, asked};
-use super::{Application, refused};
+use super::description::refused;
 use crate::design::DesignedDrive;
 
 impl<D: DesignedDrive> Application<'_, D> {

@@ -4,8 +4,8 @@ use std::boxed::Box;
 use std::vec::Vec;
 
 use controller::{Drive, ResponseMap};
-use link::{CameraRecord, LdvRecord, decode, map_messages};
-use motor_model::{DriveMode, MotorParams};
+use link::{CameraRecord, Configuration, LdvRecord, decode, map_messages};
+use motor_model::{DriveMode, MotorParams, OutOfBounds};
 
 mod description;
 

@@ -1,0 +1,74 @@
+//! What the host tells before a move: instruments, motor, response map, configuration. While armed all is refused.
+
+use link::{BoardFault, BoardMessage, Configuration, HostMessage, SettingKey};
+use motor_model::OutOfBounds;
+
+use super::Application;
+use super::configured_move::{Bench, Move, MoveError, MoveMemory};
+use crate::design::DesignedDrive;
+
+impl<D: DesignedDrive> Application<'_, D> {
+    /// Builds the move of `configuration`. While armed it is refused.
+    // Never inlined: the stack that construction of a filter takes is then not part of every tick's.
+    #[inline(never)]
+    pub(super) fn configure(&mut self, configuration: Configuration) -> BoardMessage {
+        if self.is_armed() {
+            return BoardMessage::Fault(BoardFault::Armed);
+        }
+        let design = match D::design(&self.bench.design) {
+            Ok(design) => design,
+            Err(error) => return refused(&error),
+        };
+        match Move::build(self.memory, configuration, &self.bench) {
+            Ok(()) => {
+                self.amplifier.follow(design);
+                BoardMessage::Configured
+            }
+            Err(MoveError::Setting(error)) => refused(&error),
+            Err(MoveError::Map(fault)) => BoardMessage::Fault(BoardFault::Map(fault)),
+        }
+    }
+
+    /// Changes the description of the bench, for the configurations that follow.
+    pub(super) fn describe(
+        &mut self,
+        change: impl FnOnce(&mut Bench) -> Result<(), OutOfBounds>,
+    ) -> BoardMessage {
+        if self.is_armed() {
+            return BoardMessage::Fault(BoardFault::Armed);
+        }
+        match change(&mut self.bench) {
+            Ok(()) => BoardMessage::Described,
+            Err(error) => refused(&error),
+        }
+    }
+
+    /// Takes a part of the response map, for the configurations that follow.
+    // Never inlined: as above.
+    #[inline(never)]
+    pub(super) fn describe_map(&mut self, part: &HostMessage) -> BoardMessage {
+        if self.is_armed() {
+            return BoardMessage::Fault(BoardFault::Armed);
+        }
+        let MoveMemory { configured, map, .. } = &mut *self.memory;
+        let taken = match part {
+            HostMessage::MapRows(rows) => map.append(rows),
+            HostMessage::MapEnd(end) => map.end(*end),
+            _ => {
+                *configured = None;
+                map.begin(&self.bench.design);
+                Ok(())
+            }
+        };
+        match taken {
+            Ok(()) => BoardMessage::Described,
+            Err(fault) => BoardMessage::Fault(BoardFault::Map(fault)),
+        }
+    }
+}
+
+/// The answer to a setting out of its bounds.
+pub(super) fn refused(error: &OutOfBounds) -> BoardMessage {
+    let key = SettingKey::try_from(error.key).unwrap_or_default();
+    BoardMessage::Fault(BoardFault::OutOfBounds { key })
+}
