@@ -27,6 +27,8 @@ pub const FALSE_OF_A_MOTOR: f32 = 0.01;
 const FALSE_EACH: f32 = FALSE_OF_A_MOTOR / 10.0;
 /// Part of the map's rate below which a mode counts as dead. An assumption.
 const DEAD_PART: f32 = 0.02;
+/// Windows from which on a rate is judged: those of one run.
+const WINDOWS_MIN: u16 = 8;
 /// Part of the windows that may be odd in a motor that neither turns back nor sticks. An assumption: impacts are
 /// chaotic.
 const ODD_PART: f64 = 0.02;
@@ -123,7 +125,7 @@ struct Rate {
 impl Rate {
     /// Standard deviations of Student's t, times those of the mean.
     fn margin_rad_s(&self, outside: f32) -> f32 {
-        quantiles::student(self.freedom.max(3.0), outside) * math::sqrt_f32(self.variance)
+        quantiles::student(self.freedom, outside) * math::sqrt_f32(self.variance)
     }
 }
 
@@ -154,7 +156,7 @@ impl RowsOfMode<'_> {
     }
 
     fn strongest(&self) -> Option<Rate> {
-        self.rates().last().filter(|rate| rate.windows >= 8)
+        self.rates().last().filter(|rate| rate.windows >= WINDOWS_MIN)
     }
 
     fn strongest_row_fails(&self) -> Option<FindingKind> {
@@ -172,7 +174,10 @@ impl RowsOfMode<'_> {
 
     fn fastest_below_full(&self) -> Option<FindingKind> {
         let strongest = self.strongest().filter(|_| self.strongest_row_fails().is_none())?;
-        let weaker = || self.all_rates().filter(|rate| rate.amplitude < strongest.amplitude);
+        let weaker = || {
+            self.all_rates()
+                .filter(|rate| rate.windows >= WINDOWS_MIN && rate.amplitude < strongest.amplitude)
+        };
         let tests = u16::try_from(weaker().count()).unwrap_or(u16::MAX).max(1);
         let faster = |rate: &Rate| {
             let difference = Rate {

@@ -29,6 +29,7 @@
 
 use motor_model::{DriveMode, math};
 
+use super::map_factors::of_mode;
 use super::quantiles;
 
 /// Most frequencies of a sweep.
@@ -228,12 +229,7 @@ impl Resonance {
         let (matrix, _) = curve.normal_equations(measured);
         let [_, [_, centre, _], _] = inverse(&matrix)?;
         let fit_sd_hz = math::sqrt(centre.max(0.0) * variance * scale);
-        let [clockwise, counter_clockwise] = &PULL;
-        let pull = match mode {
-            DriveMode::B => clockwise,
-            DriveMode::C => counter_clockwise,
-        };
-        let (pull_hz, pull_sd_hz) = pull.at(math::exp(curve.level))?;
+        let (pull_hz, pull_sd_hz) = of_mode(&PULL, mode).at(math::exp(curve.level))?;
         #[expect(clippy::cast_possible_truncation, reason = "a quantile needs no more than single precision")]
         let limit = f64::from(quantiles::chi_square(freedom as f32, MISFIT_FALSE));
         Some(Self {

@@ -7,7 +7,7 @@ use motor_model::DriveMode;
 use super::commissioned_map::commissioned_map;
 use super::evidence::CommissioningEvidence;
 use super::findings::{FindingKind, Findings};
-use super::map_factors::{MapFactors, Measured};
+use super::map_factors::{MapFactors, Measured, of_mode};
 use super::resonance::{Resonance, SweepPoint};
 use super::{Commissioning, Stage};
 use crate::move_forecast::MoveForecast;
@@ -122,12 +122,7 @@ impl Commissioning {
 
     /// The powers that the sweep of `mode` has shown.
     pub fn swept(&self, mode: DriveMode) -> &[SweepPoint] {
-        let [clockwise, counter_clockwise] = &self.swept;
-        let sweep = match mode {
-            DriveMode::B => clockwise,
-            DriveMode::C => counter_clockwise,
-        };
-        sweep.as_ref().map_or(&[], |sweep| sweep.points())
+        of_mode(&self.swept, mode).as_ref().map_or(&[], |sweep| sweep.points())
     }
 
     fn fit_map(
