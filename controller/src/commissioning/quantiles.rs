@@ -61,8 +61,8 @@ mod tests {
 
     use super::*;
 
-    /// Beside another library's, where they are used: errors of 4.5e-4 of the normal quantile, which others inherit, and
-    /// those that the functions state.
+    /// Beside another library's, where they are used: errors of 4.5e-4 of the normal quantile, which others inherit,
+    /// and those that the functions state.
     #[test]
     fn dual_quantiles_are_those_of_another_library() {
         let unit = Normal::new(0.0, 1.0).unwrap();
