@@ -229,13 +229,23 @@ mod tests {
     /// Windows of 50 ms of the cruises of `mode` at full, half and three quarters of the drive, with a turn per that of
     /// the map that `of` gives for the amplitude and the window's number.
     fn found(mode: DriveMode, windows: u16, of: impl Fn(f32, u16) -> f32) -> Vec<FindingKind> {
+        found_with_noise(1e-9, mode, windows, of)
+    }
+
+    /// The same under a camera that leaves the variance `noise_rad2` of each turn.
+    fn found_with_noise(
+        noise_rad2: f32,
+        mode: DriveMode,
+        windows: u16,
+        of: impl Fn(f32, u16) -> f32,
+    ) -> Vec<FindingKind> {
         let mut evidence = CommissioningEvidence::default();
         for (index, cruise) in map().cruises().iter().enumerate().filter(|(_, cruise)| cruise.mode == mode) {
             if [0.5, 0.7, 0.8, 1.0].iter().any(|at| (cruise.amplitude - at).abs() < 1e-3) {
                 let mapped_rad = direction(mode) * cruise.rate_rad_s * 0.05;
                 for window in 0..windows {
                     let turned_rad = mapped_rad * of(cruise.amplitude, window);
-                    evidence.add_window(index, cruise, turned_rad, 1e-9, 0.05);
+                    evidence.add_window(index, cruise, turned_rad, noise_rad2, 0.05);
                 }
             }
         }
@@ -268,6 +278,23 @@ mod tests {
         assert!(matches!(found(mode, 32, back)[..], [FindingKind::TurnsBack { part, .. }] if part > 0.3));
         let sticks = |_, window| if window % 4 == 0 { 0.0 } else { 1.0 + ripple(window) };
         assert!(matches!(found(mode, 32, sticks)[..], [FindingKind::Sticks { part, .. }] if part > 0.2));
+    }
+
+    /// A camera of 0.03 rad, 5 % of the map's turn in mode B: the upper limit of the rate of a rotor at rest exceeds that
+    /// of a dead mode, but no window shows a turn.
+    #[test]
+    fn exact_a_dead_mode_is_told_by_a_noisy_camera() {
+        let still = |_, window: u16| 0.01 * (f32::from(window % 3) - 1.0);
+        assert_eq!(found_with_noise(9e-4, DriveMode::B, 8, still), [FindingKind::Dead]);
+    }
+
+    /// Neighbouring windows are odd for one reason: five of 16 in a row count as two of eight, which come by chance once
+    /// in a hundred times. Ten are told.
+    #[test]
+    fn exact_neighbouring_odd_windows_count_half() {
+        let back = |last| move |_, window| if window < last { -0.5 } else { 1.0 + ripple(window) };
+        assert_eq!(found(DriveMode::B, 16, back(5)), []);
+        assert!(matches!(found(DriveMode::B, 16, back(10))[..], [FindingKind::TurnsBack { .. }, ..]));
     }
 
     /// One odd window of 16, at any place, is told of no motor.
