@@ -280,16 +280,16 @@ mod tests {
         assert!(matches!(found(mode, 32, sticks)[..], [FindingKind::Sticks { part, .. }] if part > 0.2));
     }
 
-    /// A camera of 0.03 rad, 5 % of the map's turn in mode B: the upper limit of the rate of a rotor at rest exceeds that
-    /// of a dead mode, but no window shows a turn.
+    /// A camera of 0.03 rad, 5 % of the map's turn in mode B: the upper limit of the rate of a rotor at rest exceeds
+    /// that of a dead mode, but no window shows a turn.
     #[test]
     fn exact_a_dead_mode_is_told_by_a_noisy_camera() {
         let still = |_, window: u16| 0.01 * (f32::from(window % 3) - 1.0);
         assert_eq!(found_with_noise(9e-4, DriveMode::B, 8, still), [FindingKind::Dead]);
     }
 
-    /// Neighbouring windows are odd for one reason: five of 16 in a row count as two of eight, which come by chance once
-    /// in a hundred times. Ten are told.
+    /// Neighbouring windows are odd for one reason: five of 16 in a row count as two of eight, which come by chance
+    /// once in a hundred times. Ten are told.
     #[test]
     fn exact_neighbouring_odd_windows_count_half() {
         let back = |last| move |_, window| if window < last { -0.5 } else { 1.0 + ripple(window) };

@@ -104,8 +104,8 @@ fn law_a_motor_of_another_factor_is_found() {
 }
 
 /// A filter that keeps its angle through a burst would show too short a turn. Such a turn counts with the variance of
-/// the whole turn beside its own, a prior of a fifth with a 25th of that: some ten trains weigh less than the prior, and
-/// move the map by less than half of the way.
+/// the whole turn beside its own, a prior of a fifth with a 25th of that: some ten trains weigh less than the prior,
+/// and move the map by less than half of the way.
 #[test]
 fn law_turns_that_depend_on_the_angle_before_teach_little() {
     let mut motor = IdealMotor { independent: false, ..IdealMotor::new(1.2) };
