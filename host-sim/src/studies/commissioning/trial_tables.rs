@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
 use serde_json::json;
 
 use super::trials::{CommissioningTrial, CommissioningTrials};
@@ -17,14 +18,16 @@ use simulation::math::statistics::{Spread, quantile};
 /// Standard deviations of a 95 % interval.
 const SIGMAS_95: f64 = 1.96;
 
-/// Errors of the resonance of a mode.
+/// Errors of the resonance of a mode; `None` where none was found, or no two for their spread.
+#[derive(Debug, Serialize)]
 struct ResonanceErrors {
     mode: &'static str,
-    count: usize,
-    spread: Spread,
+    found: usize,
+    off_hz: Option<f64>,
+    spread_hz: Option<f64>,
+    stated_sd_hz: Option<f64>,
     /// Share of the intervals of 95 % that hold the truth.
-    covered: f64,
-    sd_hz: f64,
+    covered_95: Option<f64>,
 }
 
 /// Probability of chance from which on a difference counts as not shown.
@@ -43,12 +46,16 @@ impl CommissioningTrials {
             let found: Vec<(f64, f64)> =
                 self.trials.iter().filter_map(|trial| trial.resonances.get(index).copied()?).collect();
             let within = found.iter().filter(|(off, sd)| off.abs() <= SIGMAS_95 * sd).count();
+            let spread: Spread = found.iter().map(|(off, _)| *off).collect();
+            let stated: Spread = found.iter().map(|(_, sd)| *sd).collect();
+            let of_some = |figure: f64| (!found.is_empty()).then_some(figure);
             ResonanceErrors {
                 mode,
-                count: found.len(),
-                spread: found.iter().map(|(off, _)| *off).collect(),
-                covered: real(within) / real(found.len().max(1)),
-                sd_hz: found.iter().map(|(_, sd)| *sd).collect::<Spread>().mean,
+                found: found.len(),
+                off_hz: of_some(spread.mean),
+                spread_hz: (found.len() > 1).then_some(spread.sd),
+                stated_sd_hz: of_some(stated.mean),
+                covered_95: of_some(real(within) / real(found.len().max(1))),
             }
         };
         [(0, "B"), (1, "C")].map(of).into()
@@ -131,14 +138,15 @@ impl CommissioningTrials {
 
     fn resonance_table(&self) -> Table {
         let mut table = Table::new(&["mode", "found", "off Hz", "spread Hz", "stated sd Hz", "95 % holds"]);
+        let cell = |figure: Option<f64>, said: fn(f64) -> String| figure.map_or_else(|| "-".to_owned(), said);
         for row in self.resonance_errors() {
             table.push(vec![
                 row.mode.to_owned(),
-                row.count.to_string(),
-                format!("{:+.1}", row.spread.mean),
-                format!("{:.1}", row.spread.sd),
-                format!("{:.1}", row.sd_hz),
-                format!("{:.0} %", 100.0 * row.covered),
+                row.found.to_string(),
+                cell(row.off_hz, |off_hz| format!("{off_hz:+.1}")),
+                cell(row.spread_hz, |spread_hz| format!("{spread_hz:.1}")),
+                cell(row.stated_sd_hz, |sd_hz| format!("{sd_hz:.1}")),
+                cell(row.covered_95, |covered| format!("{:.0} %", 100.0 * covered)),
             ]);
         }
         table
@@ -240,26 +248,12 @@ impl CommissioningTrials {
     pub(crate) fn json(&self) -> String {
         let [prior, own] = self.both();
         let [findings, refusals] = self.counts();
-        let resonances: Vec<_> = self
-            .resonance_errors()
-            .into_iter()
-            .map(|row| {
-                json!({
-                    "mode": row.mode,
-                    "found": row.count,
-                    "off_hz": row.spread.mean,
-                    "spread_hz": row.spread.sd,
-                    "stated_sd_hz": row.sd_hz,
-                    "covered_95": row.covered,
-                })
-            })
-            .collect();
         let object = json!({
             "motors": self.trials.len(),
             "by_map_of_motor": own,
             "by_map_it_began_with": prior,
             "all_by_map_it_began_with": self.all_by_prior(),
-            "resonances": resonances,
+            "resonances": self.resonance_errors(),
             "findings": findings,
             "refused": refusals,
         });
