@@ -231,6 +231,6 @@ pub struct Counters {
     pub dropped: u32,
     /// Ticks that ended after their deadline while the loop was armed.
     pub overruns: u32,
-    /// The most bytes of stack used so far; 0 where it is not measured.
+    /// The most bytes of stack used until the last look at all of it, some 15 ms before; 0 where it is not measured.
     pub stack_bytes_max: u32,
 }
