@@ -1,6 +1,6 @@
 //! A resonance, from the power that the vibrometer shows at the frequencies of a sweep.
 //!
-//! # The curve
+//! # The curve (C6)
 //!
 //! The rotor's vertical velocity follows the teeth that strike it, and the teeth the drive. So its power `P` over the
 //! offset `x` of the drive from the design's frequency is taken for a resonance curve of free height and width:

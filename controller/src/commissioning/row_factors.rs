@@ -1,7 +1,7 @@
 //! The factors of the rows of a table: how far this motor's rate, coast or turn differs from the prior map's, estimated
 //! from the rows that were measured.
 //!
-//! # Model
+//! # Model (C5)
 //!
 //! A table's rows share a factor `f`, and row `i` has a deviation `d_i` of its own. Repeats of a row give the mean
 //! `y_i`, in units of the prior row, with the variance `m_i`:
