@@ -95,7 +95,8 @@ impl Scene {
     pub fn without_plant_overrides(&self) -> Self {
         let mut scene = self.clone();
         let of_tilting = TiltingParameter::ALL.map(tilting_plant_key);
-        for key in Parameter::ALL.map(plant_key).into_iter().chain(of_tilting) {
+        let keys = Parameter::ALL.map(plant_key).into_iter().chain(of_tilting).chain(["plant.stator"]);
+        for key in keys {
             #[cfg(any(test, feature = "reads"))]
             scene.reads.overwrite(key);
             scene.set.remove(key);
@@ -313,6 +314,17 @@ impl Scene {
             Some(Value::Number(number)) => Some(*number),
             _ => None,
         }
+    }
+
+    /// The design's keys of what was set of the true motor.
+    #[cfg(feature = "members")]
+    pub(crate) fn keys_of_true_motor(&self) -> impl Iterator<Item = &'static str> {
+        let of_motor = self.plant_overrides().map(|(parameter, _)| parameter.spec().key);
+        let of_tilting = TiltingParameter::ALL
+            .into_iter()
+            .filter(|parameter| self.override_of(tilting_plant_key(*parameter)).is_some())
+            .map(|parameter| parameter.spec().key);
+        of_motor.chain(of_tilting)
     }
 
     /// The tolerance that the scene sets for the design's parameter with this key; `None` for that of the table.

@@ -5,6 +5,8 @@ pub mod coning;
 pub mod event_clock;
 pub mod faults;
 pub mod instruments;
+#[cfg(feature = "members")]
+pub mod kept_stators;
 pub mod plant;
 pub mod pose;
 pub mod rig;

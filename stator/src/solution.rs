@@ -252,6 +252,13 @@ impl Solution {
         self.mesh.circles.iter().map(&mut level).collect()
     }
 
+    /// Heights along the outer rim after cooling, m.
+    pub fn cooled_rim(&self) -> impl Iterator<Item = f64> {
+        let rim = self.mesh.circles.last().map_or(0, Vec::len);
+        let inside: usize = self.mesh.circles.iter().map(Vec::len).sum::<usize>() - rim;
+        self.cooled.iter().skip(inside).take(rim).map(|[_, _, height]| *height)
+    }
+
     /// Deflections of a mode on each circle, from the inner rim, for a modal mass of one kilogram (1/sqrt(kg)).
     pub fn deflections(&self, mode: &Mode) -> Vec<Vec<f64>> {
         let mut at = mode.shape.iter().map(|[_, _, w]| *w);

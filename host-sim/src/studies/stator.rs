@@ -29,7 +29,6 @@ mod tables;
 
 pub use error::StatorStudyError;
 pub use measured_mode::MeasuredMode;
-pub use motor_scene::member_keys;
 
 use driven::DrivenStator;
 use measured_mode::measured;

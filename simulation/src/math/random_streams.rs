@@ -73,6 +73,8 @@ pub enum RandomSource {
     CameraSubpixelBias = 32,
     /// Direction and phase of the microscope's vibration.
     CameraVibration = 33,
+    /// Which of the kept stators of finite elements a true motor has.
+    StatorDraw = 34,
 }
 
 /// The stream of `source` in the run that `seed` names.

@@ -123,6 +123,10 @@ fn exact_bow_of_a_bimetal_ring() {
     println!("{} {}", solution.bow_m, solution.bow_m / expected - 1.0);
     // The rims' free edges matter within a thickness of them, 2 % of the width.
     assert!((solution.bow_m / expected - 1.0).abs() < 5e-3, "{} for {expected}", solution.bow_m);
+    // A sphere: the same height all along the outer rim.
+    let [low, high] = [f64::min, f64::max].map(|least| solution.cooled_rim().reduce(least).unwrap());
+    assert!(high - low < 1e-3 * expected, "{low} {high}");
+    assert_eq!(solution.cooled_rim().count(), solution.mesh.angles().len());
 }
 
 /// A ring so large and so stiff that its arms are straight beams between two fixed walls, one of which moves:

@@ -1,14 +1,12 @@
 //! Rotors drawn over everything that was not measured, and over the tolerances of what was: which of them explain the
 //! experiment, and which value decides.
 //!
-//! The stator is a member of the ensembles that are kept with the program ([`stator::members`]), drawn whole: stators
+//! The stator is a member of the ensembles that are kept with the program ([`kept_stators`]), drawn whole: stators
 //! of finite elements, flat and with the stress of bonding, fitted to the three published frequencies, with springs,
 //! teeth and materials that are not published. Its tilting modes, exponents, modal masses, mode shifts and mass go
 //! together as they do in that stator. Every other value is uniform over its range. Hub bearings that were assembled
 //! from silicon parts have clearances of 3.5 to 9.2 um (Demiri, Boedo, Holsen, Wear 312 (2014) 58).
 //! [`rank_correlation`] of a value with a figure tells how far the one decides the other (Spearman).
-
-use std::sync::LazyLock;
 
 use rand_distr::{Distribution, Uniform};
 use serde::Serialize;
@@ -16,11 +14,10 @@ use serde::Serialize;
 use super::MODES;
 use super::measured::{MeasuredRun, QUANTITIES, agrees};
 use super::variants::VARIANTS;
-use crate::studies::stator::member_keys;
-use crate::studies::stator::members::Ensemble;
 use simulation::math::random_streams::{RandomSource, stream};
 use simulation::math::statistics::Line;
 use simulation::scene::{Scene, SceneError};
+use simulation::world::kept_stators;
 
 /// A value that is drawn.
 #[derive(Clone, Copy, Debug)]
@@ -69,39 +66,17 @@ const fn tolerance(key: &'static str, name: &'static str, range: (f64, f64)) -> 
     DrawnKey { key, name, range: Some(range), known: Known::Measured }
 }
 
-/// A stator that a rotor may be drawn over: a member of a kept ensemble.
-#[derive(Clone, Debug)]
-struct KeptStator {
-    is_stressed: bool,
-    keys: [(&'static str, f64); 17],
-}
-
-impl KeptStator {
-    fn get(&self, key: &str) -> f64 {
-        self.keys.iter().find(|(of, _)| *of == key).map_or(f64::NAN, |(_, value)| *value)
-    }
-}
-
-/// All of them: flat ones, then stressed ones.
-static STATORS: LazyLock<Vec<KeptStator>> = LazyLock::new(|| {
-    let of = |is_stressed: bool| {
-        let members = Ensemble::kept(is_stressed).map(|kept| kept.members).unwrap_or_default();
-        let met = members.into_iter().filter(|member| member.met);
-        met.map(move |member| KeptStator { is_stressed, keys: member_keys(&member) })
-    };
-    of(false).chain(of(true)).collect()
-});
-
 /// Number of stators that are drawn from, and of those among them that are flat.
 pub fn stators() -> (usize, usize) {
-    (STATORS.len(), STATORS.iter().filter(|stator| !stator.is_stressed).count())
+    let stators = kept_stators::all();
+    (stators.len(), stators.iter().filter(|stator| !stator.is_stressed).count())
 }
 
 impl DrawnKey {
     /// Least and largest value.
     pub fn range(&self) -> (f64, f64) {
         self.range.unwrap_or_else(|| {
-            let values = STATORS.iter().map(|stator| stator.get(self.key));
+            let values = kept_stators::all().iter().map(|stator| stator.get(self.key));
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
                 (low.min(value), high.max(value))
             })
@@ -169,13 +144,14 @@ pub struct DrawnScene {
 /// # Errors
 /// When a scene is refused, which a test excludes.
 pub fn draw_scenes(count: u64) -> Result<Vec<DrawnScene>, SceneError> {
+    let stators = kept_stators::all();
     (1..=count)
         .map(|seed| {
             let mut rng = stream(seed, RandomSource::PlantDraw);
             let mut scene = VARIANTS[4].scene()?;
             let stator =
-                Uniform::new(0, STATORS.len()).map_or(0, |uniform: Uniform<usize>| uniform.sample(&mut rng));
-            let member = STATORS.get(stator);
+                Uniform::new(0, stators.len()).map_or(0, |uniform: Uniform<usize>| uniform.sample(&mut rng));
+            let member = stators.get(stator);
             for (key, value) in member.iter().flat_map(|member| member.keys) {
                 scene.set(key, &format!("{value:e}"))?;
             }
@@ -256,7 +232,7 @@ mod tests {
     fn law_a_stator_is_drawn_whole() {
         let drawn = draw_scenes(40).unwrap();
         for rotor in &drawn {
-            for (key, value) in STATORS[rotor.stator].keys {
+            for (key, value) in kept_stators::all()[rotor.stator].keys {
                 assert!((rotor.scene.number(key) - value).abs() <= 1e-12 * value.abs(), "{key}");
             }
             for (key, value) in DRAWN.iter().zip(&rotor.values) {

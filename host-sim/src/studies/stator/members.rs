@@ -4,7 +4,6 @@ use rayon::prelude::*;
 use stator::Drawing;
 use stator::ensemble::{self, Member};
 use stator::fit::Wanted;
-use stator::members::{FLAT, STRESSED};
 use stator::solution::StatorError;
 use stator::solver::Solver;
 
@@ -44,10 +43,9 @@ impl Ensemble {
     /// # Errors
     /// When it is damaged, which a test excludes.
     pub fn kept(stressed: bool) -> Result<Self, OutputError> {
-        let table = if stressed { STRESSED } else { FLAT };
-        let mut reader = csv::Reader::from_reader(table.as_bytes());
-        let rows: Result<Vec<Member>, csv::Error> = reader.deserialize().collect();
-        rows.map(|members| Self { members }).map_err(|error| OutputError::Table(error.to_string()))
+        stator::members::kept(stressed)
+            .map(|members| Self { members })
+            .map_err(|error| OutputError::Table(error.to_string()))
     }
 
     /// Those that meet the frequencies.

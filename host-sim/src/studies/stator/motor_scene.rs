@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use simulation::math::statistics::Spread;
+use simulation::world::kept_stators::member_keys;
 use stator::drawing::table::{NUMBERS, SPREAD_SEED_KEY};
 use stator::ensemble::Member;
 use stator::{Clamp, Silicon, Springs};
@@ -11,32 +12,6 @@ use super::SolvedStator;
 use super::driven::DrivenStator;
 use super::members::Ensemble;
 use super::quantities::{QUANTITIES, Quantity};
-
-/// Keys and values of the motor that follow from a member, which its radii, its teeth's height and angle do not tell.
-pub fn member_keys(member: &Member) -> [(&'static str, f64); 17] {
-    let m = member;
-    let fraction = |modal_mass_kg: f64| modal_mass_kg / m.stator_mass_kg;
-    let tilt_hz = 0.5 * (m.frequency_t1_hz + m.frequency_t2_hz);
-    [
-        ("motor.stator_thickness_m", m.foil_thickness_m + m.silicon_thickness_m),
-        ("motor.mode_shift_deg", m.mode_shift_c_deg),
-        ("motor.mode_b.extra_shift_deg", m.mode_shift_b_deg - m.mode_shift_c_deg),
-        ("motor.mode_a.frequency_hz", m.frequency_a_hz),
-        ("motor.mode_b.frequency_hz", m.frequency_b_hz),
-        ("motor.mode_c.frequency_hz", m.frequency_c_hz),
-        ("motor.mode_a.mass_fraction", fraction(m.modal_mass_a_kg)),
-        ("motor.mode_b.mass_fraction", fraction(m.modal_mass_b_kg)),
-        ("motor.mode_c.mass_fraction", fraction(m.modal_mass_c_kg)),
-        ("motor.stator_tilt.frequency_hz", tilt_hz),
-        ("motor.stator_tilt.split", (m.frequency_t2_hz - m.frequency_t1_hz).abs() / tilt_hz),
-        ("motor.stator_tilt.mass_fraction", fraction(m.modal_mass_t_kg)),
-        ("motor.stator_tilt.rocking_exponent", m.exponent_t),
-        ("motor.mode_a.rocking_exponent", m.exponent_a),
-        ("motor.tooth_rocking_exponent", m.exponent_b),
-        ("motor.mode_c.extra_rocking_exponent", m.exponent_c - m.exponent_b),
-        ("motor.stator_mass_kg", m.stator_mass_kg),
-    ]
-}
 
 impl SolvedStator {
     /// Keys and values of the motor that has this stator. What does not follow from a drawing is left at its default:

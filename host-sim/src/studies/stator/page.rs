@@ -12,7 +12,7 @@ use super::{Solver, StatorStudyError};
 use crate::report::chart::Figure;
 use crate::report::page::PlacedValue;
 use crate::report::table::Table;
-use simulation::math::statistics::Spread;
+use simulation::math::statistics::{Line, Spread};
 use simulation::scene::Scene;
 
 /// What the page is made of.
@@ -27,6 +27,11 @@ pub struct StatorPage {
 fn spread(ensemble: &Ensemble, name: &str, digits: usize) -> String {
     let spread = ensemble.spread(named(name));
     format!("{:.digits$} +- {:.digits$}", spread.mean, spread.sd)
+}
+
+/// A length in um.
+fn micrometres(length_m: f64) -> String {
+    format!("{:.0}", 1e6 * length_m)
 }
 
 /// By how many per cent `now` is above `before`.
@@ -104,9 +109,26 @@ impl StatorPage {
         table.markdown()
     }
 
-    /// The bow of the default drawing with large deflections, um.
-    fn stressed_bow(&self) -> String {
-        format!("{:.0}", 1e6 * self.sweeps.stressed.figures.bow_m)
+    /// How the bow of the stressed stators goes with the modulus of the foil: their correlation.
+    fn bow_by_modulus(&self) -> String {
+        let pairs: Vec<_> =
+            self.stressed.met().map(|member| (member.foil_modulus_pa, member.bow_m)).collect();
+        format!("{:.2}", Line::through(&pairs).map_or(f64::NAN, |line| line.correlation))
+    }
+
+    /// Modulus of the foil of the stressed stators, GPa.
+    fn stressed_modulus(&self) -> String {
+        let spread: Spread = self.stressed.met().map(|member| 1e-9 * member.foil_modulus_pa).collect();
+        format!("{:.0} +- {:.0}", spread.mean, spread.sd)
+    }
+
+    /// Height of the outer rim above its lowest place, of the default drawing with stress, um.
+    fn uneven_rim(&self) -> String {
+        let rim = self.sweeps.stressed.solution.cooled_rim();
+        let (low, high) = rim.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| {
+            (low.min(height), high.max(height))
+        });
+        micrometres(high - low)
     }
 
     /// How the default stator is driven.
@@ -145,7 +167,11 @@ impl StatorPage {
             ("change_ring", percent(ring_stressed, ring)),
             ("tilt_flat", self.spread("f of the lower tilt", 0)),
             ("bow_flat", self.spread("bow", 0)),
-            ("bow_stressed", self.stressed_bow()),
+            ("bow_stressed", micrometres(self.sweeps.stressed.figures.bow_m)),
+            ("bow_thicker", micrometres(self.sweeps.thicker.figures.bow_m)),
+            ("bow_by_modulus", self.bow_by_modulus()),
+            ("modulus_stressed", self.stressed_modulus()),
+            ("uneven_rim", self.uneven_rim()),
             ("exponent_b", self.spread("exponent of B", 2)),
             ("exponent_c", self.spread("exponent of C", 2)),
             ("force_b", self.spread("force on B", 2)),

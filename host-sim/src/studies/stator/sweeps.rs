@@ -5,9 +5,10 @@ use stator::modes::StatorFigures;
 use stator::solver::Solver;
 use stator::{Drawing, Springs};
 
-use super::members::solve_each;
+use super::members::{Ensemble, solve_each};
 use super::{SolvedStator, StatorStudyError};
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use simulation::math::statistics::Spread;
 
 /// How much is solved.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +50,9 @@ pub struct Sweeps {
     pub flat: SolvedStator,
     /// The same drawing with the stress of bonding.
     pub stressed: SolvedStator,
+    /// The same, with silicon as thick as that of the kept stators with the stress of bonding: they meet the
+    /// frequencies.
+    pub thicker: SolvedStator,
     /// Without teeth.
     pub toothless: StatorFigures,
     /// The ring alone, free: frequencies of its two lowest modes of order 2, flat and stressed, in Hz.
@@ -68,6 +72,13 @@ fn with(drawing: &Drawing, key: &str, value: f64) -> Drawing {
         *number = value;
     }
     changed
+}
+
+/// Mean thickness of the silicon of the kept stators with the stress of bonding, m.
+fn stressed_silicon_m() -> Result<f64, StatorStudyError> {
+    let kept = Ensemble::kept(true)?;
+    let spread: Spread = kept.met().map(|member| member.silicon_thickness_m).collect();
+    Ok(spread.mean)
 }
 
 impl Sweeps {
@@ -91,9 +102,12 @@ impl Sweeps {
             let lowest = solution.modes.iter().find(|mode| mode.order == 2);
             Ok(lowest.map_or(f64::NAN, |mode| mode.frequency_hz))
         };
+        let stressed = Drawing { stressed: true, ..drawing };
+        let silicon_m = stressed_silicon_m()?;
         Ok(Self {
             flat: SolvedStator::as_drawn(&drawing, solver)?,
-            stressed: SolvedStator::as_drawn(&Drawing { stressed: true, ..drawing }, solver)?,
+            stressed: SolvedStator::as_drawn(&stressed, solver)?,
+            thicker: SolvedStator::as_drawn(&with(&stressed, FITTED_KEYS[0], silicon_m), solver)?,
             toothless: StatorFigures::of(&with(&drawing, "stator.tooth_radial_m", 0.0), solver)?,
             free_ring_hz: [ring(false)?, ring(true)?],
             thickness: along(FITTED_KEYS[0], &times(n.silicon_thickness_m))?,

@@ -28,6 +28,14 @@ pub const SETTINGS: &[Setting] = &[
         meaning: "drawn around the design (motor.*) by the seed, plant.motor.* kept; drawn around the design with \
                   plant.motor.* in it; or the design as in simulate, plant.motor.* kept",
     },
+    #[cfg(feature = "members")]
+    Setting {
+        key: "plant.stator",
+        unit: "",
+        kind: Kind::Choice { default: "design", of: &["design", "finite_elements"] },
+        meaning: "the true motor's stator: the design's as plant.parameters says; or, whole, one of the stators of \
+                  finite elements that are kept with the program, by the seed (host-sim stator --ensemble)",
+    },
     Setting {
         key: "plant.impacts",
         unit: "",
