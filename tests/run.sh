@@ -87,6 +87,8 @@ check_firmware() {
         lint() { cargo clippy --profile firmware --target "$target" "$@" -- -D warnings; }
         lint --package firmware --package firmware-checks --lib --bins
         lint --package firmware --lib --bin board --features stm32g474
+        # The filter core with its optional parts, and without those that are on by default.
+        lint --package ud-filter --lib --no-default-features --features defmt,serde
         cargo build --package firmware --bin board --features stm32g474 --profile firmware --target "$target"
     else
         echo "firmware not linted as built for $target: only Debian's toolchain has the target here"
@@ -149,12 +151,9 @@ mkdir -p "$target/tmp"
 tests/logs/environment.sh "$target/tmp/python" >"$logs/environment" 2>&1 &
 environment_id=$!
 
-# With the command's optional parts, which tests/soak.sh tests; what is built for the tests is the command without.
+# The command's optional parts are linted and tested by tests/soak.sh: they take as long to build as all the rest.
 heading "lints"
-cargo clippy --workspace --all-targets --features micromotor-sim/peers -- -D warnings
-
-heading "the filter core with its optional parts, and without those that are on by default"
-cargo clippy --package ud-filter --all-targets --no-default-features --features defmt,serde -- -D warnings
+cargo clippy --workspace --all-targets -- -D warnings
 
 heading "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --document-private-items
@@ -171,7 +170,7 @@ environment_id=
 
 # On the host and, through tests/qemu, on the emulated microcontroller.
 heading "tests"
-timed_tests --lib --bins --tests --
+timed_tests --lib --tests --
 cargo test --package ud-filter --lib --no-default-features --features defmt,serde
 cargo test --workspace --exclude fuzz --exclude micromotor-python --doc
 

@@ -57,6 +57,7 @@ build_log=$found/build.log
 cargo test --workspace --exclude fuzz --exclude micromotor-python --features tests/peers \
     --lib --bins --tests --no-run 2>&1 |
     tee "$build_log" | grep -v Compiling || true
+cargo clippy --package micromotor-sim --all-targets --features peers -- -D warnings
 cargo test --package tests --features peers --test system -- command::tool_accuracy
 mapfile -t binaries < <(sed -n 's/^ *Executable .*(\(.*\))$/\1/p' "$build_log")
 if ((${#binaries[@]} == 0)); then
