@@ -264,7 +264,7 @@ impl Positioning {
                 self.watch = SettlingWatch::new(None);
                 return Some(self.stall(cruise.mode));
             }
-            WindowOutcome::WrongWay => {
+            WindowOutcome::WrongWay(_) => {
                 self.watch = SettlingWatch::new(None);
                 return Some(self.wrong_way());
             }

@@ -45,8 +45,8 @@ pub enum WindowOutcome {
     Turns(f32),
     /// It does not turn.
     Stuck,
-    /// It turns against the direction of the mode.
-    WrongWay,
+    /// It turns against the direction of the mode, at this mean rate in rad/s, above 0.
+    WrongWay(f32),
 }
 
 impl ProgressWindow {
@@ -71,7 +71,7 @@ impl ProgressWindow {
         let significant = turned_rad * turned_rad > limit_rad2;
         let over = now.nanos_since(self.since) >= window_nanos;
         if significant && turned_rad < 0.0 && (over || turned_rad < -WRONG_WAY_RAD) {
-            WindowOutcome::WrongWay
+            WindowOutcome::WrongWay(-turned_rad / now.seconds_since::<f32>(self.since))
         } else if !over {
             WindowOutcome::Open
         } else if significant {
@@ -99,11 +99,12 @@ mod tests {
         assert!((rate_rad_s.to_degrees() - 0.0251 / 0.15).abs() < 1e-5, "{rate_rad_s}");
         assert_eq!(after(WINDOW_NANOS, -24.9), WindowOutcome::Stuck);
         assert_eq!(after(WINDOW_NANOS, 24.9), WindowOutcome::Stuck);
-        assert_eq!(after(WINDOW_NANOS, 25.1), WindowOutcome::WrongWay);
+        let WindowOutcome::WrongWay(back_rad_s) = after(WINDOW_NANOS, 25.1) else { panic!("it turns back") };
+        assert!((back_rad_s.to_degrees() - 0.0251 / 0.15).abs() < 1e-5, "{back_rad_s}");
         for mdeg in [-80e3, 0.0, 900.0] {
             assert_eq!(after(WINDOW_NANOS - 1, mdeg), WindowOutcome::Open, "{mdeg}");
         }
-        assert_eq!(after(10_000, 1000.0), WindowOutcome::WrongWay);
+        assert!(matches!(after(10_000, 1000.0), WindowOutcome::WrongWay(_)));
     }
 
     /// Angles of 3 and 40 milli-degrees: the map's turn must exceed 0.2 degrees before the rotor can count as stuck.

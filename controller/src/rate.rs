@@ -10,12 +10,20 @@
 //! off until the rotor is behind by [`RateTuning::behind_rad`], and off again when it is ahead. A rotor that is ahead
 //! is slowed by friction; it is driven back only when it is ahead by more than [`RateTuning::ahead_rad`]. A rate of
 //! exactly 0 means rest: the drive is off, and the reference is where the rotor comes to rest.
+//!
+//! A rotor that does not follow, the end of the travel and too long a drive end the hold ([`limits`]): the drive is off
+//! until another rate is followed.
 
+mod limits;
 mod profile;
+#[cfg(test)]
+mod tests;
 
 use estimator::{Estimate, Health};
 use motor_model::{Angle, AngleAccumulator, DriveCommand, DriveMode, Time};
 
+pub use self::limits::{RateLimits, RateStop};
+use self::limits::{RateState, RateWatch};
 pub use self::profile::{Profile, RATE_MAX_RAD_S};
 use crate::response_map::{ResponseMap, direction};
 
@@ -32,10 +40,12 @@ pub struct RateTuning {
     pub amplitude_max: f32,
     /// Least time between two changes of the drive, in ns: the modes respond within some milliseconds.
     pub hold_nanos: u64,
+    /// What ends the hold.
+    pub limits: RateLimits,
 }
 
 impl Default for RateTuning {
-    /// 12 ms, 0.05 degrees, 3 degrees, full drive, 0.5 ms: assumptions, checked by `host-sim rate`.
+    /// 12 ms, 0.05 degrees, 3 degrees, full drive, 0.5 ms, the default limits: assumptions, checked by `host-sim rate`.
     fn default() -> Self {
         Self {
             catch_up_s: 0.012,
@@ -43,6 +53,7 @@ impl Default for RateTuning {
             ahead_rad: 0.052,
             amplitude_max: 1.0,
             hold_nanos: 500_000,
+            limits: RateLimits::default(),
         }
     }
 }
@@ -66,6 +77,8 @@ pub struct RateHold {
     reference: Option<AngleAccumulator<f32>>,
     command: DriveCommand,
     changed_at: Time,
+    watch: RateWatch,
+    stopped: Option<RateStop>,
 }
 
 impl RateHold {
@@ -79,7 +92,14 @@ impl RateHold {
             reference: None,
             command: DriveCommand::OFF,
             changed_at: now,
+            watch: RateWatch::default(),
+            stopped: None,
         }
+    }
+
+    /// Why the rate is held no more; `None` while it is.
+    pub fn stopped(&self) -> Option<RateStop> {
+        self.stopped
     }
 
     /// The commanded rate at `now`, in rad/s.
@@ -93,7 +113,8 @@ impl RateHold {
     }
 
     /// The command for the tick at `now`, by the rates of `map`. Without a usable estimate the drive is off, and the
-    /// reference starts again at the next usable estimate.
+    /// reference starts again at the next usable estimate. Once a limit is reached the drive stays off, and the
+    /// reference turns on.
     pub fn decide(
         &mut self,
         map: &ResponseMap,
@@ -103,6 +124,7 @@ impl RateHold {
     ) -> DriveCommand {
         let usable = estimate.filter(|_| !matches!(health, Health::Unusable(_)));
         let dt_s: f32 = now.seconds_since(self.decided_at);
+        let last_nanos = now.nanos_since(self.decided_at);
         self.decided_at = now;
         let Some(estimate) = usable else {
             self.reference = None;
@@ -111,6 +133,7 @@ impl RateHold {
         };
         let rate_rad_s = self.wanted_rad_s(now);
         if rate_rad_s.abs() <= 0.0 {
+            self.watch.rest();
             self.reference = Some(AngleAccumulator::at(estimate.angle));
             self.command = DriveCommand::OFF;
             return self.command;
@@ -118,7 +141,12 @@ impl RateHold {
         let reference = self.reference.get_or_insert(AngleAccumulator::at(estimate.angle));
         reference.turn_by_radians(rate_rad_s * dt_s);
         let behind_rad: f32 = reference.angle().radians_since(estimate.angle);
-        if now.nanos_since(self.changed_at) >= self.tuning.hold_nanos {
+        let driven = self.command.mode();
+        let state = RateState { last_nanos, driven, estimate, rate_rad_s };
+        self.stopped = self.stopped.or_else(|| self.watch.check(&self.tuning.limits, map, &state));
+        if self.stopped.is_some() {
+            self.command = DriveCommand::OFF;
+        } else if now.nanos_since(self.changed_at) >= self.tuning.hold_nanos {
             self.changed_at = now;
             self.command = self.tuning.drive(map, rate_rad_s, behind_rad);
         }
@@ -170,113 +198,4 @@ fn amplitude_for(
         below = above;
     }
     DriveCommand::saturating(mode, below.amplitude.min(amplitude_max))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use estimator::Reason;
-
-    fn map() -> &'static ResponseMap {
-        ResponseMap::table_1()
-    }
-
-    fn estimate(at: Time, deg: f64) -> Estimate<f32> {
-        Estimate {
-            at,
-            angle: Angle::from_degrees(deg),
-            rate_rad_s: 0.0,
-            angle_rad2: 1e-8,
-            angle_rate_rad2_s: 0.0,
-            rate_rad2_s2: 1.0,
-            resting: false,
-        }
-    }
-
-    /// The inverse of the map: the rate of a cruise gives its amplitude, and half way between two rates half way
-    /// between the amplitudes.
-    #[test]
-    fn exact_amplitudes_invert_the_map() {
-        for pair in map().cruises().windows(2).filter(|pair| pair[0].mode == pair[1].mode) {
-            let along = direction(pair[0].mode);
-            for part in [0.0, 0.5] {
-                let of = |f: fn(&crate::response_map::Cruise) -> f32| {
-                    f(&pair[0]) + part * (f(&pair[1]) - f(&pair[0]))
-                };
-                let command = amplitude_for(map(), pair[0].mode, along * of(|c| c.rate_rad_s), 1.0, false);
-                assert_eq!(command.mode(), Some(pair[0].mode));
-                assert!((command.amplitude() - of(|c| c.amplitude)).abs() < 1e-4, "{pair:?} {command:?}");
-            }
-        }
-        let fast = amplitude_for(map(), DriveMode::B, 1e3, 0.8, false).amplitude();
-        assert!((fast - 0.8).abs() < f32::EPSILON);
-    }
-
-    /// A rotor that stands is behind after a second by the rate, clockwise and counter-clockwise, and is driven
-    /// accordingly.
-    #[test]
-    fn law_the_reference_turns_at_the_rate_and_the_drive_follows_it() {
-        for (rate_deg_s, mode) in [(100.0, DriveMode::B), (-50.0, DriveMode::C)] {
-            let profile = Profile::dwell(rate_deg_s).unwrap();
-            let mut hold = RateHold::new(profile, RateTuning::default(), Time::ZERO);
-            let mut command = DriveCommand::OFF;
-            for tick in 1..=100_000 {
-                let now = Time::from_nanos(tick * crate::TICK_NANOS);
-                command = hold.decide(map(), now, Some(&estimate(now, 0.0)), Health::Good);
-            }
-            let turned = hold.reference().unwrap().degrees();
-            assert!((turned - rate_deg_s).abs() < 1e-3 * rate_deg_s.abs(), "{turned}");
-            assert_eq!(command.mode(), Some(mode));
-            assert!((command.amplitude() - 1.0).abs() < f32::EPSILON, "far behind: full drive");
-        }
-    }
-
-    #[test]
-    fn law_no_drive_on_an_unusable_estimate() {
-        let profile = Profile::dwell(500.0).unwrap();
-        let mut hold = RateHold::new(profile, RateTuning::default(), Time::ZERO);
-        let at = |tick| Time::from_nanos(tick * crate::TICK_NANOS);
-        for tick in 0..1000 {
-            hold.decide(map(), at(tick), Some(&estimate(at(tick), 0.0)), Health::Good);
-        }
-        let lost = Health::Unusable(Reason::Uncertain);
-        assert_eq!(hold.decide(map(), at(1000), Some(&estimate(at(1000), 0.0)), lost), DriveCommand::OFF);
-        assert_eq!(hold.reference(), None);
-        assert_eq!(hold.decide(map(), at(1001), None, Health::Waiting), DriveCommand::OFF);
-    }
-
-    /// A rotor ahead is slowed by friction, and driven back only beyond the limit.
-    #[test]
-    fn exact_a_rotor_ahead_is_left_alone_until_it_is_far_ahead() {
-        let tuning = RateTuning::default();
-        assert_eq!(tuning.drive(map(), 1.0, -0.04), DriveCommand::OFF);
-        assert_eq!(tuning.drive(map(), 1.0, -0.06).mode(), Some(DriveMode::C));
-        assert_eq!(tuning.drive(map(), -1.0, 0.06).mode(), Some(DriveMode::B));
-        assert_eq!(tuning.drive(map(), 0.1, 0.0), DriveCommand::OFF);
-        assert_eq!(tuning.drive(map(), 0.1, 0.001).mode(), Some(DriveMode::B));
-    }
-
-    /// While a profile rests the drive is off, and the next turn begins where the rotor came to rest, however far it
-    /// was behind before.
-    #[test]
-    fn law_rest_is_without_drive_and_drops_the_error() {
-        let profile = Profile::BothWays {
-            clockwise_rad_s: 2.0,
-            counter_clockwise_rad_s: -1.0,
-            steps: 1,
-            turn_s: 0.5,
-            rest_s: 0.25,
-        };
-        let mut hold = RateHold::new(profile, RateTuning::default(), Time::ZERO);
-        for tick in 1..200_000 {
-            let now = Time::from_nanos(tick * crate::TICK_NANOS);
-            let command = hold.decide(map(), now, Some(&estimate(now, 7.0)), Health::Good);
-            let asked = hold.wanted_rad_s(now);
-            if asked.abs() > 0.0 {
-                assert!(command.mode() != Some(if asked > 0.0 { DriveMode::C } else { DriveMode::B }));
-            } else {
-                assert_eq!((command, hold.reference()), (DriveCommand::OFF, Some(Angle::from_degrees(7.0))));
-            }
-        }
-    }
 }

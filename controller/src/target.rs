@@ -73,6 +73,12 @@ impl Travel {
         (self.least..=self.greatest).contains(&angle)
     }
 
+    /// What is left of the travel from `angle` in `direction`, 1 clockwise or -1, in rad; negative outside.
+    pub fn room_rad(&self, angle: Angle, direction: f32) -> f32 {
+        let limit = if direction > 0.0 { self.greatest } else { self.least };
+        direction * limit.radians_since::<f32>(angle)
+    }
+
     /// Whether driving in `direction`, 1 clockwise or -1, from `angle` leads out of the travel, or farther out. The
     /// coast after the drive is cut is not part of it.
     pub fn forbids(&self, angle: Angle, direction: f32) -> bool {

@@ -7,7 +7,7 @@ use motor_model::{Angle, DriveCommand, Time};
 
 use crate::ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
 use crate::positioning::{Positioning, PositioningPhase, PositioningTuning};
-use crate::rate::RateHold;
+use crate::rate::{RateHold, RateStop};
 use crate::response_map::ResponseMap;
 use crate::target::Target;
 
@@ -158,6 +158,8 @@ pub struct RateReport {
     pub wanted_rad_s: f32,
     /// The angle that the rotor should have; `None` before the first usable estimate.
     pub reference: Option<Angle>,
+    /// Why the rate is held no more; `None` while it is.
+    pub stopped: Option<RateStop>,
 }
 
 /// One tick of the rate loop at `now`, otherwise as [`tick`].
@@ -179,6 +181,7 @@ pub fn tick_rate<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
         applied,
         wanted_rad_s: hold.wanted_rad_s(now),
         reference: hold.reference(),
+        stopped: hold.stopped(),
     }
 }
 

@@ -21,7 +21,7 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use controller::TICK_NANOS;
-use controller::rate::{RateHold, RateTuning};
+use controller::rate::{RateHold, RateLimits, RateStop, RateTuning};
 use motor_model::{DriveMode, Time, math};
 
 use crate::runs::RunError;
@@ -53,6 +53,8 @@ struct RateSums {
     /// Whether there was a reference in the last tick, and how often it was lost.
     had_reference: bool,
     reference_losses: u32,
+    /// Why and when in s the rate was held no more.
+    stopped: Option<(RateStop, f64)>,
 }
 
 /// A tick of the loop in s.
@@ -60,6 +62,15 @@ struct RateSums {
 const TICK_S: f64 = TICK_NANOS as f64 / 1e9;
 /// Ticks from one point of the picture to the next.
 const TICKS_PER_POINT: u64 = 500;
+
+/// The controller's tuning for the instruments of a scene.
+fn tuning(scene: &Scene) -> RateTuning {
+    let progress_window_nanos = closed_loop::tuning(scene).progress_window_nanos;
+    RateTuning {
+        limits: RateLimits { progress_window_nanos, ..RateLimits::default() },
+        ..RateTuning::default()
+    }
+}
 
 /// Runs the rate of `scene`, and calls `observe` with a point of the picture every 5 ms.
 ///
@@ -80,7 +91,7 @@ pub fn run_with<B>(
     mut observe: impl FnMut(RatePoint),
     mut intervene: impl FnMut(&mut ClosedRateLoop, &RateMoment) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, RateOutcome>, RunError> {
-    let hold = RateHold::new(profile(scene)?, RateTuning::default(), Time::ZERO);
+    let hold = RateHold::new(profile(scene)?, tuning(scene), Time::ZERO);
     let duration_s = scene.number("rate.duration_s");
     let both_ways = scene.choice("rate.profile") == "both_ways";
     let mut sums = RateSums::default();
@@ -102,6 +113,7 @@ pub fn run_with<B>(
         let has_reference = report.reference.is_some();
         sums.reference_losses += u32::from(sums.had_reference && !has_reference);
         sums.had_reference = has_reference;
+        sums.stopped = sums.stopped.or(report.stopped.map(|why| (why, time_s)));
         if profile::settled(scene, time_s, duration_s) {
             sums.ticks += 1.0;
             // Both ways, turns count in the direction asked for: otherwise they would cancel.
@@ -164,6 +176,9 @@ impl RateSums {
             stated: self.stated.figures(),
             tilt: self.tilt.figures(),
             reference_losses: self.reference_losses,
+            stopped: self.stopped.map(|(why, _)| format!("{why:?}")),
+            reason: self.stopped.map(|(why, _)| outcome::reason(why)),
+            stopped_s: self.stopped.map(|(_, time_s)| time_s),
             filter: filter::chosen(scene),
             saturated: self.saturated / self.ticks.max(1.0),
             range,

@@ -2,11 +2,22 @@
 
 use std::fmt;
 
+use controller::rate::RateStop;
 use serde::Serialize;
 
 use super::RateRange;
 use crate::runs::rotor_tilt::TiltFigures;
 use crate::runs::stated_errors::StatedErrors;
+
+/// Why the drive was switched off for good, in words.
+pub(super) fn reason(stop: RateStop) -> &'static str {
+    match stop {
+        RateStop::Stuck => "it does not turn the rotor",
+        RateStop::WrongWay => "the rotor turns against the direction asked for",
+        RateStop::EndOfTravel => "the rotor would leave the travel",
+        RateStop::DrivenTooLong => "it was on for as long as is allowed",
+    }
+}
 
 /// What became of a held rate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -37,6 +48,15 @@ pub struct RateOutcome {
     pub tilt: Option<TiltFigures>,
     /// How often the estimate was lost in the whole run: each time the reference begins anew where the rotor then is.
     pub reference_losses: u32,
+    /// Why the drive was switched off for good; left out if it was not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stopped: Option<String>,
+    /// The same in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<&'static str>,
+    /// When that was, in s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stopped_s: Option<f64>,
     /// The filter that ran.
     pub filter: &'static str,
     /// Share of the time at full drive: near 1 the motor cannot do more.
@@ -69,6 +89,9 @@ impl RateOutcome {
         if self.reference_losses > 0 {
             let losses = self.reference_losses;
             lines.push(("reference", format!("begun anew {losses} times, since the estimate was lost")));
+        }
+        if let (Some(why), Some(at_s)) = (self.reason, self.stopped_s) {
+            lines.push(("drive", format!("off for good after {at_s:.3} s: {why}")));
         }
         lines.push(("ripple", format!("{:.1} deg/s rms", self.ripple_rms_deg_s)));
         lines.push(("filter", self.filter.to_owned()));

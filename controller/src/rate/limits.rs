@@ -1,0 +1,145 @@
+//! What ends the holding of a rate: a rotor that does not turn or turns back, the end of the travel, too long a drive.
+//!
+//! [`crate::progress_window`] tells from the turn of a window whether the rotor follows: it turns significantly, and by
+//! at least [`FOLLOWS_PART`] of the rate asked for. The window's clock is the time for which the rotor was driven that
+//! way: pulses with rests between them and an estimate that is lost now and then make it longer. Two windows in a row
+//! without such a turn, or with one the wrong way, end the hold; a rotor that sticks for less than a window is driven
+//! on.
+//!
+//! The travel ends where the rotor would come to rest, were the drive cut now: `angle + rate * coast time` of the map.
+
+use estimator::Estimate;
+use motor_model::{DriveMode, Time};
+
+use crate::progress_window::{self, ProgressWindow, WindowOutcome};
+use crate::response_map::{ResponseMap, direction};
+use crate::target::Travel;
+
+/// Windows in a row in which the rotor does not follow; the last one says how.
+const WINDOWS: u8 = 2;
+
+/// Part of the rate asked for below which a rotor counts as stuck. An assumption: the slowest mode that is known turns
+/// at a fifteenth of its map, and the estimate of a rotor that is stuck and struck wanders by milli-degrees.
+const FOLLOWS_PART: f32 = 0.02;
+
+/// Limits of the holding of a rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateLimits {
+    /// Angles between which the rotor may be driven.
+    pub travel: Travel,
+    /// Longest time with the drive on, in ns, added up; `None` for any.
+    pub on_max_nanos: Option<u64>,
+    /// Length in ns of the windows in which the rotor is seen to follow.
+    pub progress_window_nanos: u64,
+}
+
+impl Default for RateLimits {
+    /// Any angle, any time, 0.15 s.
+    fn default() -> Self {
+        Self {
+            travel: Travel::FREE,
+            on_max_nanos: None,
+            progress_window_nanos: progress_window::WINDOW_NANOS,
+        }
+    }
+}
+
+/// Why a rate is held no more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RateStop {
+    /// The drive does not turn the rotor.
+    Stuck,
+    /// The rotor turns against the direction asked for.
+    WrongWay,
+    /// The rotor would come to rest outside of the travel.
+    EndOfTravel,
+    /// The drive was on for as long as is allowed.
+    DrivenTooLong,
+}
+
+/// What the holding of a rate asks of a tick.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RateState<'a> {
+    /// Time since the last tick, ns, and the mode that was driven in it.
+    pub last_nanos: u64,
+    pub driven: Option<DriveMode>,
+    pub estimate: &'a Estimate<f32>,
+    /// The rate asked for, clockwise positive, not 0.
+    pub rate_rad_s: f32,
+}
+
+impl RateState<'_> {
+    /// The mode of the direction asked for.
+    fn mode(&self) -> DriveMode {
+        if self.rate_rad_s > 0.0 { DriveMode::B } else { DriveMode::C }
+    }
+}
+
+/// What has been seen of a rotor that follows a rate.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RateWatch {
+    /// The window under way, and the mode it is about.
+    window: Option<(DriveMode, ProgressWindow)>,
+    /// Windows in a row in which the rotor did not follow.
+    failed: u8,
+    /// Time with the drive on, in ns: the clock of the windows.
+    on_nanos: u64,
+}
+
+impl RateWatch {
+    /// No turn is asked of the rotor.
+    pub fn rest(&mut self) {
+        self.window = None;
+    }
+
+    /// Whether a limit is reached by now.
+    pub fn check(&mut self, limits: &RateLimits, map: &ResponseMap, state: &RateState) -> Option<RateStop> {
+        if state.driven.is_some() {
+            self.on_nanos = self.on_nanos.saturating_add(state.last_nanos);
+        }
+        if limits.on_max_nanos.is_some_and(|max| self.on_nanos >= max) {
+            return Some(RateStop::DrivenTooLong);
+        }
+        if limits.travel != Travel::FREE && leaves(limits.travel, map, state) {
+            return Some(RateStop::EndOfTravel);
+        }
+        self.progress(limits, state)
+    }
+
+    fn progress(&mut self, limits: &RateLimits, state: &RateState) -> Option<RateStop> {
+        let (mode, clock) = (state.mode(), Time::from_nanos(self.on_nanos));
+        let begun = (mode, ProgressWindow::from(clock, state.estimate));
+        let is_driven_back = state.driven.is_some_and(|driven| driven != mode);
+        let window = match self.window {
+            Some((of, window)) if of == mode && !is_driven_back => window,
+            _ => {
+                self.window = Some(begun);
+                return None;
+            }
+        };
+        let creep = FOLLOWS_PART * state.rate_rad_s.abs();
+        let stop = match window.outcome(state.rate_rad_s, limits.progress_window_nanos, clock, state.estimate)
+        {
+            WindowOutcome::Open => return None,
+            WindowOutcome::Turns(rate_rad_s) if rate_rad_s > creep => None,
+            WindowOutcome::WrongWay(rate_rad_s) if rate_rad_s > creep => Some(RateStop::WrongWay),
+            WindowOutcome::Turns(_) | WindowOutcome::WrongWay(_) | WindowOutcome::Stuck => {
+                Some(RateStop::Stuck)
+            }
+        };
+        self.window = Some(begun);
+        self.failed = if stop.is_some() { self.failed + 1 } else { 0 };
+        stop.filter(|_| self.failed >= WINDOWS)
+    }
+}
+
+/// Whether a rotor that is driven on leaves the travel.
+fn leaves(travel: Travel, map: &ResponseMap, state: &RateState) -> bool {
+    let mode = state.mode();
+    let along = direction(mode);
+    let rate_rad_s = along * state.estimate.rate_rad_s;
+    // Not `f32::max`, for which the microcontroller calls a function.
+    let coast_rad = map.coast_rad(mode, if rate_rad_s > 0.0 { rate_rad_s } else { 0.0 });
+    coast_rad >= travel.room_rad(state.estimate.angle, along)
+}

@@ -1,0 +1,232 @@
+//! The rate controller by itself, on estimates made here.
+
+use super::*;
+use crate::target::Travel;
+use estimator::Reason;
+
+fn map() -> &'static ResponseMap {
+    ResponseMap::table_1()
+}
+
+fn estimate(at: Time, deg: f64) -> Estimate<f32> {
+    Estimate {
+        at,
+        angle: Angle::from_degrees(deg),
+        rate_rad_s: 0.0,
+        angle_rad2: 1e-8,
+        angle_rate_rad2_s: 0.0,
+        rate_rad2_s2: 1.0,
+        resting: false,
+    }
+}
+
+/// The inverse of the map: the rate of a cruise gives its amplitude, and half way between two rates half way
+/// between the amplitudes.
+#[test]
+fn exact_amplitudes_invert_the_map() {
+    for pair in map().cruises().windows(2).filter(|pair| pair[0].mode == pair[1].mode) {
+        let along = direction(pair[0].mode);
+        for part in [0.0, 0.5] {
+            let of =
+                |f: fn(&crate::response_map::Cruise) -> f32| f(&pair[0]) + part * (f(&pair[1]) - f(&pair[0]));
+            let command = amplitude_for(map(), pair[0].mode, along * of(|c| c.rate_rad_s), 1.0, false);
+            assert_eq!(command.mode(), Some(pair[0].mode));
+            assert!((command.amplitude() - of(|c| c.amplitude)).abs() < 1e-4, "{pair:?} {command:?}");
+        }
+    }
+    let fast = amplitude_for(map(), DriveMode::B, 1e3, 0.8, false).amplitude();
+    assert!((fast - 0.8).abs() < f32::EPSILON);
+}
+
+/// A rotor that stands is behind after a fifth of a second by that of the rate, clockwise and counter-clockwise, and is
+/// driven accordingly.
+#[test]
+fn law_the_reference_turns_at_the_rate_and_the_drive_follows_it() {
+    for (rate_deg_s, mode) in [(100.0, DriveMode::B), (-50.0, DriveMode::C)] {
+        let profile = Profile::dwell(rate_deg_s).unwrap();
+        let mut hold = RateHold::new(profile, RateTuning::default(), Time::ZERO);
+        let mut command = DriveCommand::OFF;
+        for tick in 1..=20_000 {
+            let now = Time::from_nanos(tick * crate::TICK_NANOS);
+            command = hold.decide(map(), now, Some(&estimate(now, 0.0)), Health::Good);
+        }
+        let turned = hold.reference().unwrap().degrees();
+        assert!((turned - 0.2 * rate_deg_s).abs() < 1e-3 * rate_deg_s.abs(), "{turned}");
+        assert_eq!(command.mode(), Some(mode));
+        assert!((command.amplitude() - 1.0).abs() < f32::EPSILON, "far behind: full drive");
+    }
+}
+
+#[test]
+fn law_no_drive_on_an_unusable_estimate() {
+    let profile = Profile::dwell(500.0).unwrap();
+    let mut hold = RateHold::new(profile, RateTuning::default(), Time::ZERO);
+    let at = |tick| Time::from_nanos(tick * crate::TICK_NANOS);
+    for tick in 0..1000 {
+        hold.decide(map(), at(tick), Some(&estimate(at(tick), 0.0)), Health::Good);
+    }
+    let lost = Health::Unusable(Reason::Uncertain);
+    assert_eq!(hold.decide(map(), at(1000), Some(&estimate(at(1000), 0.0)), lost), DriveCommand::OFF);
+    assert_eq!(hold.reference(), None);
+    assert_eq!(hold.decide(map(), at(1001), None, Health::Waiting), DriveCommand::OFF);
+}
+
+/// A rotor ahead is slowed by friction, and driven back only beyond the limit.
+#[test]
+fn exact_a_rotor_ahead_is_left_alone_until_it_is_far_ahead() {
+    let tuning = RateTuning::default();
+    assert_eq!(tuning.drive(map(), 1.0, -0.04), DriveCommand::OFF);
+    assert_eq!(tuning.drive(map(), 1.0, -0.06).mode(), Some(DriveMode::C));
+    assert_eq!(tuning.drive(map(), -1.0, 0.06).mode(), Some(DriveMode::B));
+    assert_eq!(tuning.drive(map(), 0.1, 0.0), DriveCommand::OFF);
+    assert_eq!(tuning.drive(map(), 0.1, 0.001).mode(), Some(DriveMode::B));
+}
+
+/// While a profile rests the drive is off, and the next turn begins where the rotor came to rest, however far it
+/// was behind before.
+#[test]
+fn law_rest_is_without_drive_and_drops_the_error() {
+    let profile = Profile::BothWays {
+        clockwise_rad_s: 2.0,
+        counter_clockwise_rad_s: -1.0,
+        steps: 1,
+        turn_s: 0.5,
+        rest_s: 0.25,
+    };
+    let mut hold = RateHold::new(profile, RateTuning::default(), Time::ZERO);
+    for tick in 1..200_000 {
+        let now = Time::from_nanos(tick * crate::TICK_NANOS);
+        let command = hold.decide(map(), now, Some(&estimate(now, 7.0)), Health::Good);
+        let asked = hold.wanted_rad_s(now);
+        if asked.abs() > 0.0 {
+            assert!(command.mode() != Some(if asked > 0.0 { DriveMode::C } else { DriveMode::B }));
+        } else {
+            assert_eq!((command, hold.reference()), (DriveCommand::OFF, Some(Angle::from_degrees(7.0))));
+        }
+    }
+}
+
+/// How a rotor that is led through ticks of a hold turns: its rate in rad/s at a time in s, clockwise positive.
+type Turning<'a> = &'a dyn Fn(f64) -> f64;
+
+/// The hold after `seconds` of a rotor that turns like this from `from_deg` on: when it stopped and why, where the
+/// rotor then was in degrees, and the time with the drive on until then.
+fn led(
+    limits: RateLimits,
+    rate_deg_s: f64,
+    from_deg: f64,
+    turning: Turning,
+    seconds: f64,
+) -> (Option<(f64, RateStop)>, f64, f64) {
+    let tuning = RateTuning { limits, ..RateTuning::default() };
+    let mut hold = RateHold::new(Profile::dwell(rate_deg_s).unwrap(), tuning, Time::ZERO);
+    let (mut deg, mut on_s, tick_s) = (from_deg, 0.0, 1e-9 * crate::TICK_NANOS as f64);
+    for tick in 1..=(seconds / tick_s) as u64 {
+        let now = Time::from_nanos(tick * crate::TICK_NANOS);
+        let time_s = tick as f64 * tick_s;
+        let rate_rad_s = turning(time_s);
+        deg += rate_rad_s.to_degrees() * tick_s;
+        let estimate = Estimate { rate_rad_s: rate_rad_s as f32, ..estimate(now, deg) };
+        let command = hold.decide(map(), now, Some(&estimate), Health::Good);
+        if let Some(why) = hold.stopped() {
+            assert_eq!(command, DriveCommand::OFF);
+            return (Some((time_s, why)), deg, on_s);
+        }
+        on_s += if command == DriveCommand::OFF { 0.0 } else { tick_s };
+    }
+    (None, deg, on_s)
+}
+
+/// A rotor that stands is noticed after two windows of 0.15 s with the drive on, which comes on when it is behind by
+/// 0.05 degrees: after a millisecond at 50 deg/s. At 0.2 deg/s a window lasts until the turn asked for exceeds five
+/// standard deviations of two angles, 0.0405 degrees: 0.2 s, after 0.25 s.
+#[test]
+fn exact_a_rotor_that_stands_ends_the_hold_after_two_windows() {
+    for (rate_deg_s, expected_s) in [(100.0, 0.3005), (-50.0, 0.301), (0.2, 0.25 + 2.0 * 0.2026)] {
+        let (stopped, ..) = led(RateLimits::default(), rate_deg_s, 0.0, &|_| 0.0, 1.0);
+        let (at_s, why) = stopped.unwrap();
+        assert_eq!(why, RateStop::Stuck);
+        assert!((at_s - expected_s).abs() < 2e-3, "{rate_deg_s}: {at_s} {expected_s}");
+    }
+}
+
+/// A rotor that turns at a thirtieth of the rate asked for, or sticks for 50 ms in every 200, or begins a tenth of a
+/// second late, is driven on.
+#[test]
+fn law_a_rotor_that_turns_slowly_or_sticks_now_and_then_is_driven_on() {
+    let sticks = |time_s: f64| if (5.0 * time_s).fract() < 0.25 { 0.0 } else { 0.5 };
+    let begins_late = |time_s: f64| if time_s < 0.1 { 0.0 } else { 1.0 };
+    let turnings: [Turning; 3] = [&|_| 1.0 / 30.0, &sticks, &begins_late];
+    for turning in turnings {
+        let (stopped, _, on_s) = led(RateLimits::default(), 57.3, 0.0, turning, 3.0);
+        assert!(stopped.is_none() && on_s > 2.9, "{stopped:?}");
+    }
+}
+
+/// A rotor that creeps at a hundredth of the rate asked for, forth or back, is stuck. One of which the estimate is lost
+/// for half of the time is found out after twice the time: 0.6 s.
+#[test]
+fn exact_neither_creep_nor_a_lost_estimate_hides_a_rotor_that_is_stuck() {
+    for creep in [0.01, -0.01] {
+        let (stopped, ..) = led(RateLimits::default(), 57.3, 0.0, &|_| creep, 1.0);
+        assert_eq!(stopped.unwrap().1, RateStop::Stuck, "{creep}");
+    }
+    let mut hold = RateHold::new(Profile::dwell(100.0).unwrap(), RateTuning::default(), Time::ZERO);
+    let stopped_at = (1..200_000_u64).find(|tick| {
+        let now = Time::from_nanos(tick * crate::TICK_NANOS);
+        let lost = Health::Unusable(Reason::Uncertain);
+        let health = if tick % 1000 < 500 { Health::Good } else { lost };
+        hold.decide(map(), now, Some(&estimate(now, 0.0)), health);
+        hold.stopped().is_some()
+    });
+    let at_s = stopped_at.unwrap() as f64 * 1e-9 * crate::TICK_NANOS as f64;
+    // Twice 0.3 s, and after each loss the half millisecond until the drive may change again.
+    assert!((0.59..0.66).contains(&at_s), "{at_s}");
+}
+
+/// A rotor that turns back is noticed after two windows, each of which ends after a degree. One that turned back only
+/// at first, as after a change of the direction, is driven on.
+#[test]
+fn exact_a_rotor_that_turns_back_ends_the_hold() {
+    for rate_deg_s in [100.0_f64, -100.0] {
+        let back = -rate_deg_s.signum() * 1.0_f64;
+        let (stopped, deg, _) = led(RateLimits::default(), rate_deg_s, 0.0, &|_| back, 1.0);
+        let (at_s, why) = stopped.unwrap();
+        assert_eq!(why, RateStop::WrongWay);
+        // 0.017 rad twice at 1 rad/s.
+        assert!((at_s - 0.034).abs() < 2e-3 && deg.abs() < 2.1, "{at_s} {deg}");
+        let at_first = |time_s: f64| if time_s < 0.02 { back } else { -back };
+        assert!(led(RateLimits::default(), rate_deg_s, 0.0, &at_first, 1.0).0.is_none());
+    }
+}
+
+/// The drive is cut where the rotor comes to rest at the end of the travel by the map's coast, to a tick; from outside
+/// it is driven back in.
+#[test]
+fn exact_the_hold_ends_a_coast_before_the_travel_does() {
+    let limits = RateLimits { travel: Travel::try_new(-90.0, 180.0).unwrap(), ..RateLimits::default() };
+    for (rate_rad_s, mode, end_deg) in [(10.0_f64, DriveMode::B, 180.0), (-10.0, DriveMode::C, -90.0)] {
+        let coast_deg = f64::from(map().coast_rad(mode, 10.0)).to_degrees();
+        assert!(coast_deg > 0.5, "{coast_deg}");
+        let (stopped, deg, _) = led(limits, rate_rad_s.to_degrees(), 0.0, &|_| rate_rad_s, 2.0);
+        assert_eq!(stopped.unwrap().1, RateStop::EndOfTravel);
+        let expected = end_deg - rate_rad_s.signum() * coast_deg;
+        assert!((deg - expected).abs() < 2e-5 * 573.0, "{deg} {expected}");
+        let outside = end_deg + 5.0 * rate_rad_s.signum();
+        let back = -rate_rad_s;
+        assert!(led(limits, back.to_degrees(), outside, &|_| back, 0.1).0.is_none());
+        assert!(led(limits, rate_rad_s.to_degrees(), outside, &|_| rate_rad_s, 0.1).0.is_some());
+    }
+}
+
+/// The time with the drive on is added up, pulses too: at half the rate asked for it is on all the time, and of a rotor
+/// that keeps up in pulses a part of it.
+#[test]
+fn exact_the_hold_ends_after_the_time_that_the_drive_may_be_on() {
+    let limits = RateLimits { on_max_nanos: Some(200_000_000), ..RateLimits::default() };
+    for (rate_deg_s, turning) in [(100.0, (&|_| 0.87) as Turning), (-5.0, &|_| -0.0873)] {
+        let (stopped, _, on_s) = led(limits, rate_deg_s, 0.0, turning, 20.0);
+        assert_eq!(stopped.unwrap().1, RateStop::DrivenTooLong);
+        assert!((on_s - 0.2).abs() < 2e-5, "{rate_deg_s}: {on_s}");
+    }
+}
