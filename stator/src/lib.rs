@@ -11,6 +11,7 @@ pub mod drive;
 pub mod ensemble;
 #[cfg(feature = "solver")]
 pub mod fit;
+#[cfg(feature = "solver")]
 pub mod members;
 #[cfg(feature = "solver")]
 pub mod mesh;
