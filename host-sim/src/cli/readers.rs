@@ -89,7 +89,7 @@ pub(super) const READERS: [Reader; 16] = [
         ..reader("faults", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator"])
     },
     Reader {
-        overwrites: &["plant.step_s", "plant.motor"],
+        overwrites: &["plant.step_s", "plant.motor", "plant.stator"],
         ..reader("response-map", &["seed", "motor", "plant"])
     },
     reader("stator", &["stator", "motor"]),

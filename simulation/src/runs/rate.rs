@@ -20,8 +20,8 @@ mod range;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use controller::TICK_NANOS;
 use controller::rate::{RateHold, RateLimits, RateStop, RateTuning};
+use controller::{PositioningTuning, TICK_NANOS};
 use motor_model::{DriveMode, Time, math};
 
 use crate::runs::RunError;
@@ -30,6 +30,7 @@ use crate::runs::filter;
 use crate::runs::rotor_tilt::TiltFigureSums;
 use crate::runs::stated_errors::StatedErrorCounts;
 use crate::scene::Scene;
+use crate::world::instruments::assumed;
 pub use outcome::RateOutcome;
 pub use point::RatePoint;
 pub use profile::profile;
@@ -65,7 +66,7 @@ const TICKS_PER_POINT: u64 = 500;
 
 /// The controller's tuning for the instruments of a scene.
 fn tuning(scene: &Scene) -> RateTuning {
-    let progress_window_nanos = closed_loop::tuning(scene).progress_window_nanos;
+    let progress_window_nanos = PositioningTuning::new(&assumed(scene)).progress_window_nanos;
     RateTuning {
         limits: RateLimits { progress_window_nanos, ..RateLimits::default() },
         ..RateTuning::default()
