@@ -15,6 +15,7 @@
 //! same scheme, which in sustained contact is converged at 20 us (`tests/system/motor/law_sustained_contact.rs`).
 
 mod height_only;
+mod parameters;
 mod tilting;
 mod tooth_impact;
 
@@ -27,8 +28,6 @@ use motor_model::{
 use crate::math::random_streams::{self, RandomSource};
 use crate::scene::SceneError;
 use crate::scene::{RotorModel, Scene};
-#[cfg(feature = "members")]
-use crate::world::kept_stators;
 use crate::world::pose::{Pose, RotorTilt};
 use crate::world::rotor_path::RotorPoint;
 use height_only::HeightOnlyPlant;
@@ -57,60 +56,6 @@ enum PlantMotor {
     Tilting(Box<TiltingPlant>),
 }
 
-/// The true motor's parameters as the scene and its seed say.
-fn drawn_parameters(scene: &Scene) -> Result<(MotorParams, TiltingParams), SceneError> {
-    let (design, tilting_design) = (scene.motor_params(), scene.tilting_params());
-    let set = |params: MotorParams| {
-        scene.plant_overrides().try_fold(params, |params, (parameter, value)| params.with(parameter, value))
-    };
-    let mut draw = random_streams::stream(scene.seed(), RandomSource::PlantDraw);
-    let mut drawn = |params: MotorParams, tilting: TiltingParams| {
-        (
-            params.draw_within(|parameter| scene.tolerance(parameter.spec().key), &mut draw),
-            tilting.draw_within(|parameter| scene.tolerance(parameter.spec().key), &mut draw),
-        )
-    };
-    Ok(match scene.choice("plant.parameters") {
-        "around_plant" => drawn(set(design)?, scene.tilting_plant_params(tilting_design)?),
-        // What the scene sets of the true motor is not drawn.
-        how => {
-            let (around, tilting) =
-                if how == "drawn" { drawn(design, tilting_design) } else { (design, tilting_design) };
-            (set(around)?, scene.tilting_plant_params(tilting)?)
-        }
-    })
-}
-
-/// The same motor, with the stator of finite elements that the seed draws if the scene asks for one.
-#[cfg(feature = "members")]
-fn with_kept_stator(
-    scene: &Scene,
-    (params, tilting): (MotorParams, TiltingParams),
-) -> Result<(MotorParams, TiltingParams), SceneError> {
-    if scene.choice("plant.stator") != "finite_elements" {
-        return Ok((params, tilting));
-    }
-    if let Some(key) = scene.keys_of_true_motor().find(|key| kept_stators::tells(key)) {
-        return Err(SceneError::Conflict {
-            conflict: format!("plant.{key}, and plant.stator=finite_elements, which has a value of its own"),
-            hint: "leave one of them out".to_owned(),
-        });
-    }
-    match kept_stators::of_seed(scene.seed()) {
-        Some(kept) => Ok(kept.in_motor(params, tilting)?),
-        None => Ok((params, tilting)),
-    }
-}
-
-#[cfg(not(feature = "members"))]
-#[expect(clippy::unnecessary_wraps, reason = "with the kept stators it can fail")]
-fn with_kept_stator(
-    _: &Scene,
-    params: (MotorParams, TiltingParams),
-) -> Result<(MotorParams, TiltingParams), SceneError> {
-    Ok(params)
-}
-
 /// The motor under control, and its state.
 #[derive(Clone, Debug)]
 pub struct Plant {
@@ -128,7 +73,7 @@ impl Plant {
     /// # Errors
     /// When the model refuses the scene's parameters, or the scene sets a key that the rotor's model does not use.
     pub fn draw(scene: &Scene) -> Result<Self, SceneError> {
-        let (params, tilting) = with_kept_stator(scene, drawn_parameters(scene)?)?;
+        let (params, tilting) = parameters::of_true_motor(scene)?;
         let design = scene.motor_params();
         let step_s = scene.number("plant.step_s");
         let setup = PlantSetup {
