@@ -133,7 +133,6 @@ impl RateHold {
         };
         let rate_rad_s = self.wanted_rad_s(now);
         if rate_rad_s.abs() <= 0.0 {
-            self.watch.rest();
             self.reference = Some(AngleAccumulator::at(estimate.angle));
             self.command = DriveCommand::OFF;
             return self.command;

@@ -88,11 +88,6 @@ pub(super) struct RateWatch {
 }
 
 impl RateWatch {
-    /// No turn is asked of the rotor.
-    pub fn rest(&mut self) {
-        self.window = None;
-    }
-
     /// Whether a limit is reached by now.
     pub fn check(&mut self, limits: &RateLimits, map: &ResponseMap, state: &RateState) -> Option<RateStop> {
         if state.driven.is_some() {

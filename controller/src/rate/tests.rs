@@ -113,13 +113,13 @@ type Turning<'a> = &'a dyn Fn(f64) -> f64;
 /// rotor then was in degrees, and the time with the drive on until then.
 fn led(
     limits: RateLimits,
-    rate_deg_s: f64,
+    profile: Profile,
     from_deg: f64,
     turning: Turning,
     seconds: f64,
 ) -> (Option<(f64, RateStop)>, f64, f64) {
     let tuning = RateTuning { limits, ..RateTuning::default() };
-    let mut hold = RateHold::new(Profile::dwell(rate_deg_s).unwrap(), tuning, Time::ZERO);
+    let mut hold = RateHold::new(profile, tuning, Time::ZERO);
     let (mut deg, mut on_s, tick_s) = (from_deg, 0.0, 1e-9 * crate::TICK_NANOS as f64);
     for tick in 1..=(seconds / tick_s) as u64 {
         let now = Time::from_nanos(tick * crate::TICK_NANOS);
@@ -130,11 +130,26 @@ fn led(
         let command = hold.decide(map(), now, Some(&estimate), Health::Good);
         if let Some(why) = hold.stopped() {
             assert_eq!(command, DriveCommand::OFF);
+            stays_stopped(hold, now, deg);
             return (Some((time_s, why)), deg, on_s);
         }
         on_s += if command == DriveCommand::OFF { 0.0 } else { tick_s };
     }
     (None, deg, on_s)
+}
+
+/// A hold that has ended drives no more, whatever becomes of the rotor: here it stands for a second.
+fn stays_stopped(mut hold: RateHold, since: Time, deg: f64) {
+    let why = hold.stopped();
+    for tick in 1..=100_000 {
+        let now = since.plus_nanos(tick * crate::TICK_NANOS);
+        let command = hold.decide(map(), now, Some(&estimate(now, deg)), Health::Good);
+        assert_eq!((command, hold.stopped()), (DriveCommand::OFF, why));
+    }
+}
+
+fn dwell(rate_deg_s: f64) -> Profile {
+    Profile::dwell(rate_deg_s).unwrap()
 }
 
 /// A rotor that stands is noticed after two windows of 0.15 s with the drive on, which comes on when it is behind by
@@ -143,7 +158,7 @@ fn led(
 #[test]
 fn exact_a_rotor_that_stands_ends_the_hold_after_two_windows() {
     for (rate_deg_s, expected_s) in [(100.0, 0.3005), (-50.0, 0.301), (0.2, 0.25 + 2.0 * 0.2026)] {
-        let (stopped, ..) = led(RateLimits::default(), rate_deg_s, 0.0, &|_| 0.0, 1.0);
+        let (stopped, ..) = led(RateLimits::default(), dwell(rate_deg_s), 0.0, &|_| 0.0, 1.0);
         let (at_s, why) = stopped.unwrap();
         assert_eq!(why, RateStop::Stuck);
         assert!((at_s - expected_s).abs() < 2e-3, "{rate_deg_s}: {at_s} {expected_s}");
@@ -158,7 +173,7 @@ fn law_a_rotor_that_turns_slowly_or_sticks_now_and_then_is_driven_on() {
     let begins_late = |time_s: f64| if time_s < 0.1 { 0.0 } else { 1.0 };
     let turnings: [Turning; 3] = [&|_| 1.0 / 30.0, &sticks, &begins_late];
     for turning in turnings {
-        let (stopped, _, on_s) = led(RateLimits::default(), 57.3, 0.0, turning, 3.0);
+        let (stopped, _, on_s) = led(RateLimits::default(), dwell(57.3), 0.0, turning, 3.0);
         assert!(stopped.is_none() && on_s > 2.9, "{stopped:?}");
     }
 }
@@ -168,7 +183,7 @@ fn law_a_rotor_that_turns_slowly_or_sticks_now_and_then_is_driven_on() {
 #[test]
 fn exact_neither_creep_nor_a_lost_estimate_hides_a_rotor_that_is_stuck() {
     for creep in [0.01, -0.01] {
-        let (stopped, ..) = led(RateLimits::default(), 57.3, 0.0, &|_| creep, 1.0);
+        let (stopped, ..) = led(RateLimits::default(), dwell(57.3), 0.0, &|_| creep, 1.0);
         assert_eq!(stopped.unwrap().1, RateStop::Stuck, "{creep}");
     }
     let mut hold = RateHold::new(Profile::dwell(100.0).unwrap(), RateTuning::default(), Time::ZERO);
@@ -184,19 +199,50 @@ fn exact_neither_creep_nor_a_lost_estimate_hides_a_rotor_that_is_stuck() {
     assert!((0.59..0.66).contains(&at_s), "{at_s}");
 }
 
+/// A rotor that sticks for 0.28 s in every 0.7 fills a window with it, and turns in the next.
+#[test]
+fn law_one_window_without_a_turn_ends_nothing() {
+    let sticks = |time_s: f64| if (time_s / 0.7).fract() < 0.4 { 0.0 } else { 0.5 };
+    let (stopped, ..) = led(RateLimits::default(), dwell(57.3), 0.0, &sticks, 10.0);
+    assert!(stopped.is_none(), "{stopped:?}");
+}
+
+/// A rotor that was thrown ahead by 60 degrees is driven back, at half the rate asked for, until it is ahead by three.
+#[test]
+fn law_a_rotor_that_is_driven_back_does_not_turn_the_wrong_way() {
+    let thrown = |time_s: f64| match time_s {
+        ..0.05 => 21.0,
+        ..0.7 => -0.5,
+        _ => 1.0,
+    };
+    let (stopped, ..) = led(RateLimits::default(), dwell(57.3), 0.0, &thrown, 2.0);
+    assert!(stopped.is_none(), "{stopped:?}");
+}
+
+/// Where the rate asked for changes its sign the turn before it is none the wrong way: a sine of 5 Hz about 0, which
+/// the rotor follows a tenth of a radian behind.
+#[test]
+fn law_a_rate_that_changes_its_sign_is_followed() {
+    let profile =
+        Profile::Sweep { mean_rad_s: 0.0, amplitude_rad_s: 5.0, frequency_hz: (5.0, 5.0), length_s: 10.0 };
+    let turning = |time_s: f64| f64::from(profile.rate_rad_s((time_s - 3e-3) as f32));
+    let (stopped, _, on_s) = led(RateLimits::default(), profile, 0.0, &turning, 4.0);
+    assert!(stopped.is_none() && on_s > 1.0, "{stopped:?} {on_s}");
+}
+
 /// A rotor that turns back is noticed after two windows, each of which ends after a degree. One that turned back only
 /// at first, as after a change of the direction, is driven on.
 #[test]
 fn exact_a_rotor_that_turns_back_ends_the_hold() {
     for rate_deg_s in [100.0_f64, -100.0] {
         let back = -rate_deg_s.signum() * 1.0_f64;
-        let (stopped, deg, _) = led(RateLimits::default(), rate_deg_s, 0.0, &|_| back, 1.0);
+        let (stopped, deg, _) = led(RateLimits::default(), dwell(rate_deg_s), 0.0, &|_| back, 1.0);
         let (at_s, why) = stopped.unwrap();
         assert_eq!(why, RateStop::WrongWay);
         // 0.017 rad twice at 1 rad/s.
         assert!((at_s - 0.034).abs() < 2e-3 && deg.abs() < 2.1, "{at_s} {deg}");
         let at_first = |time_s: f64| if time_s < 0.02 { back } else { -back };
-        assert!(led(RateLimits::default(), rate_deg_s, 0.0, &at_first, 1.0).0.is_none());
+        assert!(led(RateLimits::default(), dwell(rate_deg_s), 0.0, &at_first, 1.0).0.is_none());
     }
 }
 
@@ -208,14 +254,14 @@ fn exact_the_hold_ends_a_coast_before_the_travel_does() {
     for (rate_rad_s, mode, end_deg) in [(10.0_f64, DriveMode::B, 180.0), (-10.0, DriveMode::C, -90.0)] {
         let coast_deg = f64::from(map().coast_rad(mode, 10.0)).to_degrees();
         assert!(coast_deg > 0.5, "{coast_deg}");
-        let (stopped, deg, _) = led(limits, rate_rad_s.to_degrees(), 0.0, &|_| rate_rad_s, 2.0);
+        let (stopped, deg, _) = led(limits, dwell(rate_rad_s.to_degrees()), 0.0, &|_| rate_rad_s, 2.0);
         assert_eq!(stopped.unwrap().1, RateStop::EndOfTravel);
         let expected = end_deg - rate_rad_s.signum() * coast_deg;
         assert!((deg - expected).abs() < 2e-5 * 573.0, "{deg} {expected}");
         let outside = end_deg + 5.0 * rate_rad_s.signum();
         let back = -rate_rad_s;
-        assert!(led(limits, back.to_degrees(), outside, &|_| back, 0.1).0.is_none());
-        assert!(led(limits, rate_rad_s.to_degrees(), outside, &|_| rate_rad_s, 0.1).0.is_some());
+        assert!(led(limits, dwell(back.to_degrees()), outside, &|_| back, 0.1).0.is_none());
+        assert!(led(limits, dwell(rate_rad_s.to_degrees()), outside, &|_| rate_rad_s, 0.1).0.is_some());
     }
 }
 
@@ -225,7 +271,7 @@ fn exact_the_hold_ends_a_coast_before_the_travel_does() {
 fn exact_the_hold_ends_after_the_time_that_the_drive_may_be_on() {
     let limits = RateLimits { on_max_nanos: Some(200_000_000), ..RateLimits::default() };
     for (rate_deg_s, turning) in [(100.0, (&|_| 0.87) as Turning), (-5.0, &|_| -0.0873)] {
-        let (stopped, _, on_s) = led(limits, rate_deg_s, 0.0, turning, 20.0);
+        let (stopped, _, on_s) = led(limits, dwell(rate_deg_s), 0.0, turning, 20.0);
         assert_eq!(stopped.unwrap().1, RateStop::DrivenTooLong);
         assert!((on_s - 0.2).abs() < 2e-5, "{rate_deg_s}: {on_s}");
     }
