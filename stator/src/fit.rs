@@ -7,6 +7,9 @@
 //! ```text
 //! J dx = -f,      J <- J + f(x + dx) dx' / (dx' dx)
 //! ```
+//!
+//! A drawing on the way may have no solution: a thin stator that bonding stresses buckles. Then the step is halved, a
+//! difference is taken to the other side, and a start is made of thicker silicon.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,6 +27,10 @@ const ROUNDS_MAX: usize = 24;
 /// Largest step of a logarithm, and that of a difference.
 const STEP_MAX: f64 = 0.25;
 const DIFFERENCE: f64 = 0.03;
+/// Parts of a step without a result that are tried instead.
+const SHORTER: [f64; 4] = [0.5, 0.25, 0.125, 0.0625];
+/// By how much the logarithm of the first unknown, the thickness, is raised where the start has no result.
+const THICKER: [f64; 4] = [0.08, 0.16, 0.24, 0.32];
 /// The half-angle stays below this, degrees: arms of neighbouring springs do not meet.
 const HALF_ANGLE_MAX_DEG: f64 = 44.0;
 
@@ -78,17 +85,38 @@ impl Fitted {
     }
 }
 
-/// Solves `f(x) = 0`, where `f` may be asked [`ROUNDS_MAX`] times. The last point comes with its residuals, whether
-/// they meet `tolerance` or not, and with what `f` gave beside them.
+/// The first of `first` and `others` that has a result, with it. An error after which another point `may_have` none
+/// either ends the search, as the last point does.
+fn first_result<R, E>(
+    first: [f64; 3],
+    others: impl IntoIterator<Item = [f64; 3]>,
+    may_have: fn(&E) -> bool,
+    f: &mut impl FnMut([f64; 3]) -> Result<R, E>,
+) -> Result<([f64; 3], R), E> {
+    let mut x = first;
+    let mut others = others.into_iter();
+    loop {
+        match f(x) {
+            Ok(result) => return Ok((x, result)),
+            Err(error) if !may_have(&error) => return Err(error),
+            Err(error) => x = others.next().ok_or(error)?,
+        }
+    }
+}
+
+/// Solves `f(x) = 0`, where `f` may give [`ROUNDS_MAX`] results; after an error that `may_have` is told, another point
+/// may have one. The last point comes with its residuals, whether they meet `tolerance` or not, and with what `f` gave
+/// beside them.
 fn solve<T, E>(
     start: [f64; 3],
     limits: [(f64, f64); 3],
     tolerance: f64,
+    may_have: fn(&E) -> bool,
     f: &mut impl FnMut([f64; 3]) -> Result<([f64; 3], T), E>,
 ) -> Result<([f64; 3], [f64; 3], T, usize), E> {
     let bound = |x: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| x[i].clamp(limits[i].0, limits[i].1)) };
-    let mut x = bound(start);
-    let (mut residuals, mut beside) = f(x)?;
+    let thicker = |rise: f64| bound([start[0] + rise, start[1], start[2]]);
+    let (mut x, (mut residuals, mut beside)) = first_result(thicker(0.0), THICKER.map(thicker), may_have, f)?;
     let mut jacobian = [[0.0; 3]; 3];
     let size = |r: &[f64; 3]| r.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
     let mut rounds = 1;
@@ -96,9 +124,10 @@ fn solve<T, E>(
         return Ok((x, residuals, beside, rounds));
     }
     for j in 0..3 {
-        let mut moved = x;
-        moved[j] += if x[j] + DIFFERENCE > limits[j].1 { -DIFFERENCE } else { DIFFERENCE };
-        let (at, _) = f(moved)?;
+        let side = if x[j] + DIFFERENCE > limits[j].1 { -DIFFERENCE } else { DIFFERENCE };
+        let beside_x =
+            |side: f64| -> [f64; 3] { std::array::from_fn(|i| if i == j { x[i] + side } else { x[i] }) };
+        let (moved, (at, _)) = first_result(beside_x(side), [beside_x(-side)], may_have, f)?;
         rounds += 1;
         for i in 0..3 {
             jacobian[i][j] = (at[i] - residuals[i]) / (moved[j] - x[j]);
@@ -106,9 +135,9 @@ fn solve<T, E>(
     }
     while size(&residuals) > tolerance && rounds < ROUNDS_MAX {
         let Some(step) = solved(&jacobian, residuals.map(|value| -value)) else { break };
-        let shrink = (STEP_MAX / size(&step)).min(1.0);
-        let next = bound(std::array::from_fn(|i| x[i] + shrink * step[i]));
-        let (at, with) = f(next)?;
+        let whole = (STEP_MAX / size(&step)).min(1.0);
+        let part = |part: f64| bound(std::array::from_fn(|i| x[i] + whole * part * step[i]));
+        let (next, (at, with)) = first_result(part(1.0), SHORTER.map(part), may_have, f)?;
         rounds += 1;
         let moved: [f64; 3] = std::array::from_fn(|i| next[i] - x[i]);
         let square: f64 = moved.iter().map(|value| value * value).sum();
@@ -148,7 +177,7 @@ fn solved(m: &[[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
 /// solution.
 ///
 /// # Errors
-/// When a drawing on the way is refused, or the solver gives no result.
+/// When the drawings at and near a step of the search are refused or have no result, or the solver does not work.
 pub fn fit(
     drawing: &Drawing,
     wanted: &Wanted,
@@ -181,7 +210,8 @@ pub fn fit(
         Ok((off, figures))
     };
     let limits = limits.map(|(low, high)| (libm::log(low), libm::log(high)));
-    let (x, residuals, figures, rounds) = solve(start, limits, wanted.tolerance, &mut evaluate)?;
+    let (x, residuals, figures, rounds) =
+        solve(start, limits, wanted.tolerance, StatorError::is_of_the_drawing, &mut evaluate)?;
     let worst = (0..3).max_by(|a, b| residuals[*a].abs().total_cmp(&residuals[*b].abs())).unwrap_or(0);
     Ok(Fitted { drawing: at(x), figures, rounds, worst: (worst, residuals[worst]) })
 }
@@ -209,7 +239,7 @@ mod tests {
                 let bend = 0.1 * d[0] * d[1];
                 Ok(([d[0] - 0.7 * d[1] + bend, d[0] - 0.2 * d[2], 0.9 * d[0] + 0.4 * d[2] - bend], ()))
             };
-            let (x, residuals, (), rounds) = solve(start, [(-2.0, 2.0); 3], 1e-6, &mut f).unwrap();
+            let (x, residuals, (), rounds) = solve(start, [(-2.0, 2.0); 3], 1e-6, |()| true, &mut f).unwrap();
             assert!(residuals.iter().all(|value| value.abs() <= 1e-6), "{residuals:?}");
             assert!((0..3).all(|i| (x[i] - truth[i]).abs() < 1e-5), "{x:?}");
             assert_eq!(rounds, count);
@@ -224,7 +254,48 @@ mod tests {
             assert!(x.iter().all(|value| value.abs() <= 0.5 + DIFFERENCE));
             Ok((std::array::from_fn(|i| x[i] - 1.0), ()))
         };
-        let (_, residuals, (), rounds) = solve([0.0; 3], [(-0.5, 0.5); 3], 1e-6, &mut f).unwrap();
+        let (_, residuals, (), rounds) = solve([0.0; 3], [(-0.5, 0.5); 3], 1e-6, |()| true, &mut f).unwrap();
         assert!(residuals.iter().all(|value| (value + 0.5).abs() < 1e-9) && rounds <= ROUNDS_MAX);
+    }
+
+    /// Steps into a region without a result are halved, a difference is taken to the other side, and a start without
+    /// a result is moved. The first equation is concave, so that a Newton step from above goes past the root at -0.8.
+    #[test]
+    fn law_a_region_without_a_result_is_gone_round() {
+        type Region = fn([f64; 3]) -> bool;
+        let cases: [(f64, Region); 5] = [
+            (-0.7, |x| x[0] < -0.81),
+            (0.3, |x| x[0] < -0.81),
+            (-0.7, |x| x[1] > -0.39),
+            (-0.95, |x| x[0] < -0.9),
+            (-1.18, |x| x[0] < -0.9),
+        ];
+        for (number, (start, has_none)) in cases.into_iter().enumerate() {
+            let mut without = 0;
+            let mut f = |x: [f64; 3]| {
+                if has_none(x) {
+                    without += 1;
+                    return Err("buckled");
+                }
+                Ok(([libm::exp(1.6) - libm::exp(-2.0 * x[0]), x[1] - 0.5 * x[0], x[2] + x[0] * x[1]], ()))
+            };
+            let (x, ..) = solve([start, -0.4, -0.3], [(-2.0, 2.0); 3], 1e-9, |_| true, &mut f).unwrap();
+            assert!((x[0] + 0.8).abs() < 1e-8 && (x[1] + 0.4).abs() < 1e-8, "{number}: {x:?}");
+            assert!(without > 0, "{number}: the region was not entered");
+        }
+    }
+
+    /// A region that no attempt leaves is an error, and so is at once one after which no point has a result.
+    #[test]
+    fn law_no_result_anywhere_is_an_error() {
+        for (goes_on, expected) in [(true, THICKER.len() + 1), (false, 1)] {
+            let mut count = 0;
+            let mut f = |_| -> Result<([f64; 3], ()), bool> {
+                count += 1;
+                Err(goes_on)
+            };
+            assert!(solve([0.0; 3], [(-2.0, 2.0); 3], 1e-9, |goes_on| *goes_on, &mut f).is_err());
+            assert_eq!(count, expected);
+        }
     }
 }
