@@ -36,8 +36,8 @@ use core::mem;
 use controller::{PositionLoop, Positioning};
 use estimator::LdvSample;
 use link::{
-    Arrival, BoardFault, BoardMessage, Counters, Deframer, FRAME_BYTES_MAX, FrameError, Header, HostMessage,
-    Sequence, TickRecord, VERSION, decode_on_board, encode_on_board,
+    Arrival, BoardFault, BoardMessage, Counters, Deframer, Expected, FRAME_BYTES_MAX, FrameError, Header,
+    HostMessage, Sequence, TickRecord, VERSION, decode_on_board, encode_on_board,
 };
 use motor_model::{DriveCommand, Time};
 
@@ -162,11 +162,22 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     pub fn receive(&mut self, bytes: &[u8], send: &mut impl FnMut(&[u8])) {
         for &byte in bytes {
             let Some(frame) = self.deframer.push(byte) else { continue };
-            let answer = match decode_on_board(frame) {
+            let now_nanos = self.elapsed_ticks * PositionLoop::TICK_NANOS;
+            let expected = self.session.map(|Session { number, incoming, .. }| Expected {
+                session: number,
+                sequence: incoming.next(),
+                now_nanos,
+            });
+            let answer = match decode_on_board(frame, expected) {
                 Ok((header, message)) => self.accept(header, &message),
                 Err(FrameError::Version { theirs }) => {
                     self.counters.other_version += 1;
                     Some(BoardMessage::Fault(BoardFault::Version { theirs, ours: VERSION }))
+                }
+                // The host does not know that the board has started anew.
+                Err(FrameError::NoSession) => {
+                    self.counters.other_session += 1;
+                    Some(BoardMessage::Fault(BoardFault::UnknownSession { session: 0 }))
                 }
                 Err(_) => {
                     self.counters.damaged += 1;

@@ -8,12 +8,13 @@
 //! - [`ForecastAnswer`]: what a move will take, or the tolerance that can be met instead.
 //! - [`numbering`]: the numbers of enumerations, both ways.
 //! - [`frame`]: a message with its [`Header`], a CRC-32, and no zero byte but the last ([`encode`], [`decode`]).
+//! - [`camera_frame`]: the short frames of the camera ([`encode_camera`]).
 //! - [`Deframer`]: from received bytes to frames, in bounded memory.
 //! - [`Sequence`]: whether a frame is new, repeated, late, or the first after a gap.
 //!
 //! # Promises
 //!
-//! `no_std`, no allocation, no unsafe code, no panic. A frame is accepted whole or not at all: COBS, length, CRC-32,
+//! `no_std`, no allocation, no unsafe code, no panic. A frame is accepted whole or not at all: COBS, length, CRC,
 //! version and message must all be right, and no byte may be left over.
 //!
 //! # Glossary
@@ -43,6 +44,7 @@
     )
 )]
 
+pub mod camera_frame;
 mod deframer;
 mod forecast;
 pub mod frame;
@@ -57,10 +59,11 @@ mod tick_record;
 #[doc = include_str!("../README.md")]
 pub struct Readme;
 
+pub use camera_frame::{Expected, SHORT_FRAME_BYTES, encode_camera};
 pub use deframer::Deframer;
 pub use forecast::{ForecastAnswer, ForecastRecord, UnreachableRecord};
 pub use frame::{
-    FRAME_BYTES_MAX, FrameError, Header, VERSION, decode, decode_on_board, encode, encode_on_board,
+    FRAME_BYTES_MAX, FrameError, Header, LINE_BAUD, VERSION, decode, decode_on_board, encode, encode_on_board,
 };
 pub use map_rows::{
     BurstRecord, CruiseRecord, MAP_ROWS_MAX, MapEnd, MapFault, MapRows, map_messages, rows_of,

@@ -26,6 +26,11 @@ impl Sequence {
         Self { next: sequence.wrapping_add(1) }
     }
 
+    /// The number that is expected of the next frame.
+    pub fn next(self) -> u32 {
+        self.next
+    }
+
     /// Classifies a frame of number `sequence`. After a new one the count goes on from it.
     #[inline]
     pub fn judge(&mut self, sequence: u32) -> Arrival {

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{JoinHandle, sleep, spawn};
 use std::time::{Duration, Instant};
 
-use link::{BoardMessage, Deframer, decode};
+use link::{BoardMessage, Deframer, LINE_BAUD, decode};
 use motor_model::Angle;
 use rustix::fs::{Mode, OFlags};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -18,8 +18,8 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
 use crate::programs::{elf, host_sim};
 
-/// The rate of the line: that of an STM32G474's firmware.
-pub const BAUD: u32 = 921_600;
+/// The rate of the line: that of the firmware.
+pub const BAUD: u32 = LINE_BAUD;
 
 /// Instruments that the line carries.
 pub const INSTRUMENTS: [&str; 4] = ["--set", "camera.frame_rate_hz=1000", "--set", "ldv.installed=no"];

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | PA8 | TIM1 channel 1: pulse width of the bridge, 170 kHz |
 //! | PB0 | enables the bridge; low after a reset by an external resistor |
-//! | PA2, PA3 | LPUART1 to the host, 921,600 baud |
+//! | PA2, PA3 | LPUART1 to the host, 2,000,000 baud |
 //! | PA0 | ADC1 channel 1: the vibrometer's output |
 
 mod clocks;
@@ -18,6 +18,8 @@ use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 use stm32g4::stm32g474 as pac;
 
+use link::LINE_BAUD;
+
 use super::Parts;
 use crate::tasks::Converter;
 use wait::wait_until;
@@ -27,8 +29,6 @@ pub const CLOCK_HZ: u32 = 170_000_000;
 
 /// Largest pulse width; the smallest is 0.
 const WIDTH_MAX: u16 = 1000;
-
-const BAUD: u32 = 921_600;
 
 /// The vibrometer's output, shifted to half the converter's range: 4 V of a Polytec's +-2 V over 4096 codes, at 0.1 m/s
 /// per volt.
@@ -138,8 +138,8 @@ pub struct Line(pac::LPUART1);
 
 impl Line {
     fn start(uart: pac::LPUART1) -> Self {
-        #[expect(clippy::cast_possible_truncation, reason = "47,222")]
-        const DIVIDER: u32 = (CLOCK_HZ as u64 * 256 / BAUD as u64) as u32;
+        #[expect(clippy::cast_possible_truncation, reason = "21,760")]
+        const DIVIDER: u32 = (CLOCK_HZ as u64 * 256 / LINE_BAUD as u64) as u32;
         uart.brr().write(|w| w.brr().set(DIVIDER));
         uart.cr1().write(|w| w.fifoen().set_bit().te().set_bit().re().set_bit().ue().set_bit());
         Self(uart)

@@ -4,8 +4,13 @@ use std::boxed::Box;
 use std::vec::Vec;
 
 use controller::ResponseMap;
-use link::{BoardFault, CameraRecord, Header, HostMessage, MotorParameterRecord, decode, map_messages};
-use motor_model::Parameter;
+use estimator::{Health, Source, Verdict};
+use link::{
+    BoardFault, CameraRecord, CommandRecord, EstimateRecord, FRAME_BYTES_MAX, Header, HostMessage,
+    InnovationRecord, LINE_BAUD, MotorParameterRecord, PhaseRecord, SHORT_FRAME_BYTES, decode, encode,
+    map_messages,
+};
+use motor_model::{DriveMode, Parameter};
 
 use super::*;
 use crate::test_support::{MOVE, Pin, Pins, framed};
@@ -229,4 +234,49 @@ fn law_a_silent_host_takes_the_bridge_off() {
     );
     bench.exchange(&HostMessage::Stop);
     assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
+}
+
+/// The share of the line that either direction may take, so that a repeated frame or a question finds room.
+const LINE_SHARE_MAX: f64 = 0.7;
+
+/// A camera of 10 kHz to the board, and the longest reports from it.
+#[test]
+fn exact_the_line_carries_a_move_at_full_speed() {
+    let bytes_per_s = f64::from(LINE_BAUD) / 10.0;
+    let frames = 10_000.0 * SHORT_FRAME_BYTES as f64 / bytes_per_s;
+    let longest = f32::MAX;
+    let command =
+        CommandRecord { mode: Some(DriveMode::C).into(), amplitude: longest, frequency_offset_hz: longest };
+    // A year after the start; a byte of postcard's carries seven bits.
+    let nanos = 1 << 55;
+    let report = TickRecord {
+        estimate: Some(EstimateRecord {
+            at_nanos: nanos,
+            angle_units: i64::MAX,
+            rate_rad_s: longest,
+            angle_rad2: longest,
+            angle_rate_rad2_s: longest,
+            rate_rad2_s2: longest,
+            resting: true,
+        }),
+        health: Health::Good.into(),
+        camera: Some(InnovationRecord {
+            source: Source::Camera.into(),
+            taken_nanos: nanos,
+            innovation_rad: longest,
+            variance_rad2: longest,
+            verdict: Verdict::Used.into(),
+        }),
+        command,
+        applied: command,
+        phase: PhaseRecord::Burst.into(),
+        since_nanos: nanos,
+    };
+    let header = Header { session: u32::MAX, sequence: u32::MAX, ticks: u64::MAX };
+    let mut frame = [0; FRAME_BYTES_MAX];
+    let length = encode(header, &BoardMessage::Report(report), &mut frame).unwrap();
+    let reports = TICKS_PER_S / TICKS_PER_REPORT as f64 * length as f64 / bytes_per_s;
+    for share in [frames, reports] {
+        assert!((0.0..=LINE_SHARE_MAX).contains(&share), "{frames} {reports}, {length} bytes");
+    }
 }

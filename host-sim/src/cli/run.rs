@@ -26,7 +26,7 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "PORT", value_hint = ValueHint::FilePath)]
     port: String,
     /// Rate of the line
-    #[arg(long, value_name = "N", default_value = "921600", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "2000000", allow_negative_numbers = true)]
     #[arg(value_parser = Count(1200..=12_000_000))]
     baud: u64,
     /// Where camera frames come from: `plant` for the simulated motor under the drive that the board reports, `-` for

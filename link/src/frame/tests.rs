@@ -1,16 +1,19 @@
 extern crate std;
 
+use std::string::String;
 use std::vec::Vec;
 
-use estimator::{CameraDescription, Instruments};
+use estimator::{CameraDescription, Health, Instruments, Source, Verdict};
+use motor_model::DriveMode;
 use proptest::prelude::*;
 use rand_core::Rng;
 use rand_pcg::Pcg64;
 
 use super::*;
 use crate::{
-    BoardFault, BoardMessage, CameraRecord, Configuration, Deframer, FilterKind, ForecastRecord, HostMessage,
-    LdvRecord, LdvRecords, MotorParameterRecord, UnreachableRecord, map_messages,
+    BoardFault, BoardMessage, CameraRecord, CommandRecord, Configuration, Counters, Deframer, EstimateRecord,
+    FilterKind, ForecastRecord, HostMessage, InnovationRecord, LdvRecord, LdvRecords, MotorParameterRecord,
+    PhaseRecord, TickRecord, UnreachableRecord, encode_camera, map_messages,
 };
 
 const HEADER: Header = Header { session: 0x0102_0304, sequence: 7, ticks: 1 << 40 };
@@ -84,7 +87,40 @@ fn exact_every_message_comes_back() {
         assert_eq!(frame.iter().filter(|&&byte| byte == 0).count(), 1, "{frame:?}");
         assert_eq!(decode::<HostMessage>(&mut frame), Ok((HEADER, message)));
     }
-    let unreachable = |least_rad| UnreachableRecord { tolerance_rad: 1e-5, least_rad, time_s: 0.1 };
+    for message in board_messages() {
+        assert_eq!(decode(&mut framed(HEADER, &message)), Ok((HEADER, message)));
+    }
+}
+
+/// Messages of the board, one of each kind.
+fn board_messages() -> Vec<BoardMessage> {
+    let command =
+        CommandRecord { mode: Some(DriveMode::C).into(), amplitude: 0.5, frequency_offset_hz: -1.5 };
+    let estimate = EstimateRecord {
+        at_nanos: 123_456_789,
+        angle_units: -1 << 33,
+        rate_rad_s: 1.5,
+        angle_rad2: 1e-9,
+        angle_rate_rad2_s: -1e-9,
+        rate_rad2_s2: 1e-3,
+        resting: false,
+    };
+    let camera = InnovationRecord {
+        source: Source::Camera.into(),
+        taken_nanos: 123_400_000,
+        innovation_rad: 1e-4,
+        variance_rad2: 1e-8,
+        verdict: Verdict::Used.into(),
+    };
+    let report = TickRecord {
+        estimate: Some(estimate),
+        health: Health::Good.into(),
+        camera: Some(camera),
+        command,
+        applied: command,
+        phase: PhaseRecord::Burst.into(),
+        since_nanos: 123_000_000,
+    };
     let forecast = ForecastRecord {
         error_rad: 1e-5,
         time_s: 4.0,
@@ -93,14 +129,45 @@ fn exact_every_message_comes_back() {
         frames: 600.0,
         drives: u32::MAX,
     };
-    for message in [
+    [
+        BoardMessage::Welcome { tick_nanos: 10_000 },
+        BoardMessage::Configured,
+        BoardMessage::Armed,
+        BoardMessage::Stopped,
+        BoardMessage::Report(report),
+        BoardMessage::Counters(Counters { taken: 300, damaged: 2, ..Counters::default() }),
         BoardMessage::Fault(BoardFault::OutOfBounds { key: "position.to_deg".try_into().unwrap() }),
+        BoardMessage::Fault(BoardFault::UnknownSession { session: 300 }),
+        BoardMessage::Described,
         BoardMessage::Forecast(Ok(forecast)),
-        BoardMessage::Forecast(Err(unreachable(None))),
-        BoardMessage::Forecast(Err(unreachable(Some(0.17)))),
-    ] {
-        assert_eq!(decode(&mut framed(HEADER, &message)), Ok((HEADER, message)));
-    }
+        BoardMessage::Forecast(Err(UnreachableRecord { tolerance_rad: 1e-5, least_rad: None, time_s: 0.1 })),
+        BoardMessage::Forecast(Err(UnreachableRecord {
+            tolerance_rad: 1e-5,
+            least_rad: Some(0.17),
+            time_s: 0.1,
+        })),
+    ]
+    .into()
+}
+
+/// The frames of this version are those of its file, byte for byte. Where they have to change, [`VERSION`] goes up and
+/// the new frames get a file of their own.
+#[test]
+fn exact_frames_are_those_of_the_version_s_file() {
+    let path = std::format!("{}/fixtures/version_{VERSION}.txt", env!("CARGO_MANIFEST_DIR"));
+    let kept = std::fs::read_to_string(&path).unwrap_or_default();
+    let mut short = [0; FRAME_BYTES_MAX];
+    let record = CameraRecord { exposed_nanos: 5_000_000, angle_units: -5, marks_used: 2, residual: 12 };
+    let length = encode_camera(Header { ticks: 520, ..HEADER }, record, &mut short).unwrap();
+    let frames = host_messages()
+        .into_iter()
+        .map(|message| framed(HEADER, &message))
+        .chain(board_messages().into_iter().map(|message| framed(HEADER, &message)))
+        .chain([short[..length].to_vec()]);
+    let hexadecimal =
+        |frame: Vec<u8>| frame.iter().map(|byte| std::format!("{byte:02x}")).collect::<String>();
+    let text: String = frames.map(|frame| hexadecimal(frame) + "\n").collect();
+    assert!(text == kept, "{path} is expected to be:\n{text}");
 }
 
 /// Every single bit flip.
@@ -157,7 +224,7 @@ fn exact_another_version_is_told_from_damage() {
     let length = cobs::encode(&content, &mut frame);
     let decoded = decode::<HostMessage>(&mut frame[..length]);
     assert_eq!(decoded, Err(FrameError::Version { theirs: VERSION + 1 }));
-    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 7, expected 6");
+    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 8, expected 7");
 }
 
 /// A million frames, each damaged in one of five ways, on one line: none but whole ones are accepted.

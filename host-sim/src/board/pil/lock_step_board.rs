@@ -9,7 +9,7 @@ use link::{
     BoardMessage, Counters, Deframer, FRAME_BYTES_MAX, Header, HostMessage, LdvRecords, TickRecord, decode,
 };
 
-use super::frames::{frame, unexpected};
+use super::frames::{camera_frame, frame, unexpected};
 use super::{Processor, acknowledgement, configuration, description};
 use crate::board::BoardError;
 use crate::board::qemu::{Board, OneProcessor, Transport, Watchdog, WatchedProcess, Wiring};
@@ -108,9 +108,13 @@ impl LockStepBoard {
 
     /// The next frame of the session.
     fn frame(&mut self, message: &HostMessage) -> Result<Vec<u8>, BoardError> {
+        frame(self.next_header(), message)
+    }
+
+    fn next_header(&mut self) -> Header {
         let header = Header { session: SESSION, sequence: self.sequence, ticks: self.ticks };
         self.sequence = self.sequence.wrapping_add(1);
-        frame(header, message)
+        header
     }
 
     /// Puts bytes on the transport, those of frames, or noise on a serial line.
@@ -201,7 +205,7 @@ impl Processor for LockStepBoard {
             bytes.extend(self.frame(&HostMessage::Ldv(samples))?);
         }
         if let Some(frame) = measurements.camera_frame {
-            bytes.extend(self.frame(&HostMessage::Camera(frame.into()))?);
+            bytes.extend(camera_frame(self.next_header(), frame)?);
         }
         bytes.extend(self.frame(&HostMessage::Step)?);
         self.send(&bytes)?;

@@ -1,6 +1,6 @@
 //! Why a move on a real board was not made, or not ended.
 
-use link::{BoardFault, FrameError, VERSION};
+use link::{BoardFault, FrameError, LINE_BAUD, VERSION};
 
 use super::frame_text::FrameTextError;
 use crate::board::BoardError;
@@ -189,7 +189,9 @@ impl SerialError {
             Self::Busy { .. } => "end the terminal or the debugger that uses it".to_owned(),
             Self::Unopened { .. } => "on Linux the group dialout may use serial ports".to_owned(),
             Self::NoAnswer { .. } => {
-                "see that the firmware is flashed and runs, and that --baud is its rate (921600)".to_owned()
+                format!(
+                    "see that the firmware is flashed and runs, and that --baud is its rate ({LINE_BAUD})"
+                )
             }
             Self::OtherVersion { .. } => {
                 "flash the firmware of this checkout: firmware/BRINGUP.md".to_owned()

@@ -6,10 +6,9 @@ use std::time::Duration;
 
 use controller::PositionLoop;
 use estimator::CameraFrame;
+use link::camera_frame::{SHORT_FRAME_BYTES, UNIT_NANOS};
 use link::numbering::PhaseRecord;
-use link::{
-    BoardMessage, CameraRecord, FRAME_BYTES_MAX, Header, HostMessage, LdvRecords, TickRecord, encode,
-};
+use link::{BoardMessage, Header, HostMessage, LdvRecords, TickRecord};
 use motor_model::{DriveCommand, Time, math};
 
 use super::SerialError;
@@ -43,6 +42,8 @@ const PROGRESS_EVERY: Duration = Duration::from_millis(100);
 const UPLOADS_MAX: u32 = 3;
 /// Share of the line that camera frames may take.
 const FRAMES_SHARE_MAX: f64 = 0.7;
+/// Bytes of a camera frame on the line.
+const FRAME_BYTES: f64 = SHORT_FRAME_BYTES as f64;
 
 /// A move on the board at a serial port.
 #[derive(Clone, Copy, Debug)]
@@ -91,7 +92,7 @@ impl SerialMove<'_> {
             return Err(SerialError::SimulatedVibrometer { baud });
         }
         let frame_rate_hz = scene.number("camera.frame_rate_hz");
-        let most_hz = FRAMES_SHARE_MAX * bytes_per_s(baud) / frame_bytes()?;
+        let most_hz = FRAMES_SHARE_MAX * bytes_per_s(baud) / FRAME_BYTES;
         let needed_baud = f64::from(baud) * frame_rate_hz / most_hz;
         if frame_rate_hz > most_hz {
             return Err(SerialError::LineTooSlow { frame_rate_hz, needed_baud, most_hz, baud });
@@ -114,15 +115,6 @@ fn upload(session: &mut BoardSession, messages: &[HostMessage]) -> Result<(), Se
         }
         uploads += 1;
     }
-}
-
-/// Bytes on the line of a camera frame in the first hours of a board.
-#[expect(clippy::cast_precision_loss, reason = "a few dozen")]
-fn frame_bytes() -> Result<f64, SerialError> {
-    let header = Header { session: u32::MAX, sequence: u32::MAX, ticks: 0 };
-    let record =
-        CameraRecord { exposed_nanos: 1 << 42, angle_units: i32::MIN, marks_used: 0, residual: u8::MAX };
-    Ok(encode(header, &HostMessage::Camera(record), &mut [0; FRAME_BYTES_MAX])? as f64)
 }
 
 /// What a message of the preparation is, for its refusal.
@@ -316,8 +308,12 @@ impl ArmedMove {
         self.send_frame(frame.on_board(exposed_nanos))
     }
 
+    /// Sends a frame. Its instant is rounded to what the line carries, far below the uncertainty of the clocks.
     fn send_frame(&mut self, frame: CameraFrame) -> Result<(), Early> {
-        self.session.send(&HostMessage::Camera(frame.into()))?;
+        let units = (frame.exposed_at.nanos() + UNIT_NANOS / 2) / UNIT_NANOS;
+        let frame = CameraFrame { exposed_at: Time::from_nanos(units * UNIT_NANOS), ..frame };
+        let now_nanos = self.session.clock().map_or(0, |clock| clock.board_nanos(host_nanos()));
+        self.session.send_camera(frame.into(), now_nanos)?;
         self.records.sent(frame);
         self.frames_sent += 1;
         Ok(())

@@ -9,7 +9,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use controller::PositionLoop;
 use link::{
-    BoardMessage, Counters, Deframer, FRAME_BYTES_MAX, FrameError, Header, HostMessage, decode, encode,
+    BoardMessage, CameraRecord, Counters, Deframer, FRAME_BYTES_MAX, FrameError, Header, HostMessage, decode,
+    encode, encode_camera,
 };
 use serialport::SerialPort;
 
@@ -163,10 +164,26 @@ impl BoardSession {
     /// When the port is closed.
     pub(super) fn send(&mut self, message: &HostMessage) -> Result<(), SerialError> {
         let mut frame = [0; FRAME_BYTES_MAX];
-        let header = Header { session: self.number, sequence: self.sequence, ticks: 0 };
-        self.sequence = self.sequence.wrapping_add(1);
-        let length = encode(header, message, &mut frame)?;
+        let length = encode(self.header(0), message, &mut frame)?;
         self.write(&frame[..length])
+    }
+
+    /// Sends a camera frame when the line is free, at `board_nanos` of the board's clock.
+    ///
+    /// # Errors
+    /// When the port is closed.
+    pub(super) fn send_camera(&mut self, record: CameraRecord, board_nanos: u64) -> Result<(), SerialError> {
+        let mut frame = [0; FRAME_BYTES_MAX];
+        let ticks = board_nanos / PositionLoop::TICK_NANOS;
+        let length = encode_camera(self.header(ticks), record, &mut frame)?;
+        self.write(&frame[..length])
+    }
+
+    /// The header of the next frame.
+    fn header(&mut self, ticks: u64) -> Header {
+        let sequence = self.sequence;
+        self.sequence = sequence.wrapping_add(1);
+        Header { session: self.number, sequence, ticks }
     }
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), SerialError> {
