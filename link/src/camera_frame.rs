@@ -9,11 +9,11 @@
 //!
 //! | field | what it is | how the board completes it |
 //! |---|---|---|
-//! | time | lowest 16 bits of the exposure in units of 250 ns | the instant within [`LATE_NANOS`] before its own time, or [`EARLY_NANOS`] after |
+//! | time | exposure in units of 250 ns, lowest 16 bits | from [`LATE_NANOS`] before to [`EARLY_NANOS`] after its time |
 //! | angle | as in [`CameraRecord`] | |
 //! | marks | those used, at most 15 | |
-//! | sequence | lowest 4 bits | the number that is at most 11 ahead of the next one, or at most 4 behind |
-//! | CRC-16 | DNP's (polynomial 3D65), over version, session and the fields before it | its own session |
+//! | sequence | lowest 4 bits | from 4 before to 11 after the number that is expected |
+//! | CRC-16 | DNP's (polynomial 3D65), over version, session and the fields before it | by its session |
 //!
 //! So a frame of another session or version is a damaged one here. On 13 bytes this CRC finds every change of up to
 //! five bits (Koopman and Chakravarty, Cyclic redundancy code polynomial selection for embedded networks, DSN 2004:
