@@ -1,6 +1,7 @@
 //! The truth and how it is measured: the plant, the instruments, and the faults of both. Nothing here sees an estimate.
 
 pub mod bare_stator;
+pub mod body_turn;
 pub mod coning;
 pub mod event_clock;
 pub mod faults;

@@ -35,8 +35,6 @@ mod turning;
 
 use std::collections::BTreeSet;
 
-use motor_model::Angle;
-
 use crate::studies::beside::Beside;
 use crate::studies::shard::{Shard, run_each};
 pub use calibration::{Calibration, CalibrationOutcome};
@@ -46,6 +44,7 @@ use simulation::math::count::real;
 use simulation::runs::RunError;
 use simulation::runs::filter;
 use simulation::scene::{Scene, SceneError};
+use simulation::world::body_turn::BodyTurn;
 use simulation::world::instruments::gyroscope::Gyroscope;
 use simulation::world::instruments::gyroscope::noise::SECONDS_PER_HOUR;
 pub use summary::CalibrationSummary;
@@ -198,10 +197,10 @@ fn at_rest(scene: &Scene) -> Vec<(f64, f64, f64)> {
     let noise = gyroscope.noise();
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 3.6e7")]
     let count = (AT_REST_S / noise.period_s) as usize;
-    let still = Angle::ZERO.degrees();
+    let still = BodyTurn::default();
     let angles: Vec<f64> = (0..count)
         .scan(0.0, |angle_deg, _| {
-            *angle_deg += gyroscope.sample(still).turned_deg;
+            *angle_deg += gyroscope.sample(&still).turned_deg;
             Some(*angle_deg)
         })
         .collect();

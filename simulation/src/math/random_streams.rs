@@ -75,6 +75,8 @@ pub enum RandomSource {
     CameraVibration = 33,
     /// Which of the kept stators of finite elements a true motor has.
     StatorDraw = 34,
+    /// A gyroscope's other errors: misalignment, non-linearity, what warming up changes.
+    GyroscopeErrorDraw = 35,
 }
 
 /// The stream of `source` in the run that `seed` names.
@@ -153,6 +155,7 @@ mod tests {
             RandomSource::LdvClock,
             RandomSource::CameraAxis,
             RandomSource::GyroscopeDraw,
+            RandomSource::GyroscopeErrorDraw,
             RandomSource::GyroscopeWalk,
             RandomSource::GyroscopeInstability,
             RandomSource::FaultDraw,

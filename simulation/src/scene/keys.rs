@@ -1,9 +1,11 @@
 //! Every key of a scene, one table for each thing that it describes.
 
+#[cfg(feature = "gyroscope")]
 pub mod calibrate;
 pub mod camera;
 pub mod estimator;
 pub mod faults;
+#[cfg(feature = "gyroscope")]
 pub mod gyroscope;
 pub mod plant;
 pub mod position;

@@ -95,12 +95,14 @@ const TABLES: &[&[Setting]] = &[
     keys::plant::SETTINGS,
     keys::camera::SETTINGS,
     keys::vibrometer::SETTINGS,
+    #[cfg(feature = "gyroscope")]
     keys::gyroscope::SETTINGS,
     keys::faults::SETTINGS,
     keys::estimator::SETTINGS,
     keys::position::SETTINGS,
     keys::rate::SETTINGS,
     keys::record::SETTINGS,
+    #[cfg(feature = "gyroscope")]
     keys::calibrate::SETTINGS,
     keys::stator::SETTINGS,
 ];

@@ -7,6 +7,7 @@
 mod assumed;
 pub mod camera;
 mod conflicts;
+#[cfg(feature = "gyroscope")]
 pub mod gyroscope;
 pub mod ldv;
 

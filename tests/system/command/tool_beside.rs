@@ -104,8 +104,15 @@ fn law_the_error_of_a_calibration_is_coning_reference_and_noise() {
     let folder = folder();
     let (beside, _) = set_f_one_mark();
     let beside = beside.replace("camera.marks=1", "camera.marks=3");
-    let quiet =
-        ["gyroscope.random_walk_deg_rh=1e-5", "gyroscope.instability_deg_h=0", "gyroscope.resolution_deg=0"];
+    let quiet = [
+        "gyroscope.random_walk_deg_rh=1e-5",
+        "gyroscope.instability_deg_h=0",
+        "gyroscope.resolution_deg=0",
+        "gyroscope.misalignment_mrad=0",
+        "gyroscope.nonlinearity_ppm=0",
+        "gyroscope.warm_up_ppm=0",
+        "gyroscope.warm_up_deg_h=0",
+    ];
     let quiet: Vec<&str> = quiet.iter().flat_map(|set| ["--set", set]).collect();
     let plan = ["calibrate", "--duration", "6", "--set", "calibrate.steps=1", "--format", "json"];
     let both = json_on_two(folder.path(), &[&plan[..], &COARSE, &["--beside", &beside], &quiet].concat());

@@ -24,7 +24,7 @@ pub struct CalibrationOutcome {
     pub motor_time_s: f64,
     /// Scale-factor error found.
     pub scale_factor_ppm: f64,
-    /// Found less true.
+    /// Found less true. True is the scale factor at the middle of the plan: it changes while the gyroscope warms up.
     pub scale_factor_error_ppm: f64,
     /// Its standard deviation; 1.96 of it to either side are the 95 % interval.
     pub scale_factor_sigma_ppm: f64,
@@ -33,7 +33,7 @@ pub struct CalibrationOutcome {
     pub scale_factor_coning_ppm: f64,
     /// What the error of the reference makes of it.
     pub scale_factor_reference_ppm: f64,
-    /// What the gyroscope's noise makes of it: the rest.
+    /// What the gyroscope's noise and its other errors make of it: the rest.
     pub scale_factor_noise_ppm: f64,
     /// Bias found.
     pub bias_deg_h: f64,
@@ -120,11 +120,7 @@ impl Calibration {
         motor_time_s: f64,
     ) -> Option<Self> {
         let noise = gyroscope.noise();
-        let samples: Vec<_> = turning
-            .sensed
-            .windows(2)
-            .map(|pair| gyroscope.sample(pair[1].minus(pair[0]).degrees()))
-            .collect();
+        let samples: Vec<_> = turning.turns().map(|turn| gyroscope.sample(&turn)).collect();
         let time_s = |sample: usize| real(sample) * noise.period_s;
         let interval = |pair: &[Anchor]| {
             let [from, until] = [pair[0], pair[1]];
@@ -149,18 +145,18 @@ impl Calibration {
             (time_s(index * chunk) + 0.5 * length_s, turned_deg / length_s)
         };
         let rates_deg_s = samples.chunks(chunk).enumerate().map(mean).collect();
-        let (truth, ppm, deg_h) = (gyroscope.errors(), 1e6, SECONDS_PER_HOUR);
+        let (ppm, deg_h) = (1e6, SECONDS_PER_HOUR);
+        let (true_scale, true_bias_deg_s) = {
+            let (errors, middle_s) = (gyroscope.errors(), 0.5 * motor_time_s);
+            (errors.scale_at(middle_s), errors.bias_deg_s_at(middle_s))
+        };
         let differences = differences(turning);
         let part = |of: fn(&TurnDifference) -> f64| {
             let kept = differences.iter().zip(&intervals).filter(|(_, (_, saturated))| !saturated);
-            fit.part(
-                &kept_intervals,
-                &noise,
-                kept.map(|(difference, _)| (1.0 + truth.scale) * of(difference)),
-            )
+            fit.part(&kept_intervals, &noise, kept.map(|(difference, _)| (1.0 + true_scale) * of(difference)))
         };
         let [coning, reference] = [part(|turn| turn.coning_deg)?, part(|turn| turn.reference_deg)?];
-        let errors = [fit.scale - truth.scale, fit.bias_deg_s - truth.bias_deg_s];
+        let errors = [fit.scale - true_scale, fit.bias_deg_s - true_bias_deg_s];
         let rest = [0, 1].map(|of| errors[of] - coning[of] - reference[of]);
         let stated = turning.reference_stated();
         let outcome = CalibrationOutcome {
@@ -181,7 +177,7 @@ impl Calibration {
             bias_noise_deg_h: deg_h * rest[1],
             bias_sigma_deg_h: deg_h * fit.bias_sigma_deg_s(),
             correlation: fit.correlation(),
-            pair_distance_square: fit.distance_square(truth.scale, truth.bias_deg_s),
+            pair_distance_square: fit.distance_square(true_scale, true_bias_deg_s),
             walk_bias_sigma_deg_h: deg_h * noise.walk_bias_deg_s(motor_time_s),
             walk_scale_factor_sigma_ppm: ppm * walk_scale_sigma(&intervals, &noise),
             reference_factor: fit.reference_factor,

@@ -14,6 +14,9 @@ use simulation::runs::closed_loop;
 use simulation::runs::filter::SMOOTHER_LAG_MS;
 use simulation::runs::stated_errors::{StatedErrorCounts, StatedErrors};
 use simulation::scene::Scene;
+use simulation::world::body_turn::{BodyTurn, turn_across};
+use simulation::world::plant::Plant;
+use simulation::world::pose::RotorTilt;
 
 /// An instant at which the reference angle is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,10 +42,36 @@ pub struct TurningRun {
     pub truth: Vec<Angle>,
     /// Integral of the rate about the rotor's own axis, which the gyroscope senses, at the same instants.
     pub sensed: Vec<Angle>,
+    /// Sums of the turns about the two axes across it, in degrees, at the same instants.
+    pub across_deg: Vec<[f64; 2]>,
     /// The anchors, in order of time.
     pub anchors: Vec<Anchor>,
     /// Time that this machine took for a second of motor time.
     pub time_s_per_s: f64,
+}
+
+/// The sum of the rotor's turns about the two axes across its own, tick by tick.
+struct AcrossSum {
+    slope: [f64; 2],
+    angle: Angle,
+    sum_rad: [f64; 2],
+}
+
+impl AcrossSum {
+    fn new(plant: &Plant) -> Self {
+        let rotor = plant.rotor();
+        Self { slope: rotor.pose.slope, angle: rotor.angle, sum_rad: [0.0; 2] }
+    }
+
+    /// The end of a tick. A rotor that does not tilt stays level.
+    fn add(&mut self, tilt: Option<RotorTilt>, angle: Angle) {
+        let slope = tilt.map_or([0.0; 2], |tilt| tilt.pose.slope);
+        let half_rad: f64 = 0.5 * angle.radians_since::<f64>(self.angle);
+        let middle_rad = self.angle.radians_since::<f64>(Angle::ZERO) + half_rad;
+        let turn = turn_across(self.slope, slope, middle_rad);
+        self.sum_rad = [0, 1].map(|axis| self.sum_rad[axis] + turn[axis]);
+        (self.slope, self.angle) = (slope, angle);
+    }
 }
 
 impl TurningRun {
@@ -57,15 +86,18 @@ impl TurningRun {
             seed: scene.seed(),
             truth: vec![closed_loop.plant().rotor().angle],
             sensed: vec![closed_loop.plant().own_axis_angle()],
+            across_deg: vec![[0.0; 2]],
             anchors: Vec::new(),
             time_s_per_s: 0.0,
         };
         let begun = Instant::now();
+        let mut across = AcrossSum::new(closed_loop.plant());
         let mut waiting: Option<(Time, usize)> = None;
         let mut ticks = 0;
         closed_loop.run(|closed_loop, moment| {
             ticks += 1;
             let now = moment.at;
+            across.add(moment.tilt, moment.angle);
             if let Some((at, anchor)) = waiting
                 && now.nanos_since(at) >= SMOOTHER_LAG_MS * 1_000_000
             {
@@ -77,6 +109,7 @@ impl TurningRun {
             if ticks % schedule.ticks_per_sample == 0 {
                 turning.truth.push(moment.angle);
                 turning.sensed.push(moment.own_axis_angle);
+                turning.across_deg.push(across.sum_rad.map(f64::to_degrees));
                 let sample = turning.truth.len() - 1;
                 let report = &moment.report;
                 let usable = report.estimate.filter(|_| !matches!(report.health, Health::Unusable(_)));
@@ -98,6 +131,13 @@ impl TurningRun {
         });
         turning.time_s_per_s = begun.elapsed().as_secs_f64() / schedule.duration_s;
         Ok(turning)
+    }
+
+    /// The turns of the rotor from sample to sample of a gyroscope.
+    pub fn turns(&self) -> impl Iterator<Item = BodyTurn> {
+        let own_axis = self.sensed.windows(2).map(|pair| pair[1].minus(pair[0]).degrees());
+        let across = self.across_deg.windows(2).map(|pair| [0, 1].map(|axis| pair[1][axis] - pair[0][axis]));
+        own_axis.zip(across).map(|(own_axis_deg, across_deg)| BodyTurn { own_axis_deg, across_deg })
     }
 
     /// Sets the angle of an anchor from an estimate.

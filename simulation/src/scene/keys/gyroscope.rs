@@ -8,8 +8,8 @@ pub const SETTINGS: &[Setting] = &[
         key: "gyroscope.parameters",
         unit: "",
         kind: Kind::Choice { default: "drawn", of: &["drawn", "nominal"] },
-        meaning: "scale factor and bias drawn by seed and serial (normal, the next two keys are the standard \
-                  deviations), or as they stand",
+        meaning: "errors drawn by seed and serial (normal; the keys of scale factor, bias, misalignment, \
+                  non-linearity and warming up are the standard deviations), or as they stand",
     },
     Setting {
         key: "gyroscope.scale_factor_ppm",
@@ -22,6 +22,37 @@ pub const SETTINGS: &[Setting] = &[
         unit: "deg/h",
         kind: Kind::Number { default: 10.0, min: -36_000.0, max: 36_000.0 },
         meaning: "rate shown at rest",
+    },
+    Setting {
+        key: "gyroscope.misalignment_mrad",
+        unit: "mrad",
+        kind: Kind::Number { default: 2.0, min: -100.0, max: 100.0 },
+        meaning: "misalignment with the rotor's own axis, along each of two axes across it: what is shown of a rate \
+                  about them",
+    },
+    Setting {
+        key: "gyroscope.nonlinearity_ppm",
+        unit: "ppm",
+        kind: Kind::Number { default: 25.0, min: -10_000.0, max: 10_000.0 },
+        meaning: "error at the end of the range, of the range; it grows with the cube of the rate",
+    },
+    Setting {
+        key: "gyroscope.warm_up_ppm",
+        unit: "ppm",
+        kind: Kind::Number { default: 8.0, min: -10_000.0, max: 10_000.0 },
+        meaning: "what warming up changes of the scale factor in the end",
+    },
+    Setting {
+        key: "gyroscope.warm_up_deg_h",
+        unit: "deg/h",
+        kind: Kind::Number { default: 1.0, min: -3600.0, max: 3600.0 },
+        meaning: "what warming up changes of the bias in the end",
+    },
+    Setting {
+        key: "gyroscope.warm_up_s",
+        unit: "s",
+        kind: Kind::Number { default: 120.0, min: 1.0, max: 1e6 },
+        meaning: "time constant of warming up, which begins with the run",
     },
     Setting {
         key: "gyroscope.random_walk_deg_rh",

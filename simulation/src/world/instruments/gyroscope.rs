@@ -3,10 +3,11 @@
 //! It integrates: each sample is the angle turned since the last one.
 //!
 //! ```text
-//! sample = round((1 + s) turned + (b + d) T + N sqrt(T) w),   clamped to +- range T
+//! sample = round(shown + d T + N sqrt(T) w),   clamped to +- range T
 //!
-//! s: scale-factor error     b: bias     d: the bias's instability, see `noise`
-//! N: angle random walk      T: sample period      w: standard normal number
+//! shown: with scale factor, bias, misalignment, non-linearity and what warming up changes, see `errors`
+//! d: the bias's instability, see `noise`      N: angle random walk      T: sample period
+//! w: standard normal number
 //! ```
 //!
 //! A sample at the range is marked as saturated, as by the status byte of the parts. The turn beyond the range is lost.
@@ -14,30 +15,26 @@
 //!
 //! Defaults: a tactical part, after Sensonor's STIM300: angle random walk 0.15 deg/sqrt(h), bias instability 0.5 deg/h,
 //! scale factor within 500 ppm, bias within 10 deg/h over temperature, +-400 deg/s, bandwidth 262 Hz, increments in
-//! units of 2^-21 degrees. A seed draws scale factor and bias from normal distributions with these standard deviations.
-//! Left out: non-linearity (25 ppm within 200 deg/s), misalignment, temperature, shocks and acceleration.
+//! units of 2^-21 degrees, non-linearity 25 ppm. Misalignment, 2 mrad, is that of a part set on the rotor by hand, and
+//! warming up is of one kelvin in two minutes, of a part with 500 ppm over 60 kelvin: both are assumed. A seed draws
+//! the errors from normal distributions with these standard deviations. Left out: shocks and acceleration.
 //!
 //! The gyroscope does not act on the motor, so that several can be simulated on one run. `gyroscope.serial` names them.
 
+mod errors;
 pub mod noise;
 
 use motor_model::math;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
+use crate::math::count::real;
 use crate::math::random_streams::{self, RandomSource};
 use crate::scene::Scene;
 use crate::scene::SceneError;
+use crate::world::body_turn::BodyTurn;
+pub use errors::{GyroscopeErrors, WarmUp};
 pub use noise::GyroscopeNoise;
-
-/// The systematic errors of a gyroscope, which a calibration finds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GyroscopeErrors {
-    /// Scale-factor error, 1e-6 for 1 ppm.
-    pub scale: f64,
-    /// Bias in deg/s.
-    pub bias_deg_s: f64,
-}
 
 /// A sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,26 +54,13 @@ pub struct Gyroscope {
     walk: Pcg64,
     instability: Pcg64,
     drift_deg_s: f64,
+    /// Samples made.
+    samples: u64,
 }
 
 /// Seed of the scene's gyroscope in the run: far apart for neighbours in seed or serial.
 fn seed_of(scene: &Scene) -> u64 {
     scene.seed().wrapping_add(scene.integer("gyroscope.serial").wrapping_mul(0x9E37_79B9_7F4A_7C15))
-}
-
-impl GyroscopeErrors {
-    /// Of the gyroscope that the scene names.
-    fn of(scene: &Scene) -> Self {
-        let mut draw = random_streams::stream(seed_of(scene), RandomSource::GyroscopeDraw);
-        let mut factor = || match scene.choice("gyroscope.parameters") {
-            "drawn" => StandardNormal.sample(&mut draw),
-            _ => 1.0,
-        };
-        Self {
-            scale: 1e-6 * scene.number("gyroscope.scale_factor_ppm") * factor(),
-            bias_deg_s: scene.number("gyroscope.bias_deg_h") * factor() / noise::SECONDS_PER_HOUR,
-        }
-    }
 }
 
 impl Gyroscope {
@@ -93,10 +77,11 @@ impl Gyroscope {
             walk: random_streams::stream(seed, RandomSource::GyroscopeWalk),
             drift_deg_s: noise.drift_deg_s * first,
             instability,
+            samples: 0,
         }
     }
 
-    /// The errors that a calibration should find.
+    /// Its errors: what a calibration should find.
     pub fn errors(&self) -> GyroscopeErrors {
         self.errors
     }
@@ -106,13 +91,20 @@ impl Gyroscope {
         self.noise
     }
 
-    /// The sample at the end of a period in which the rotor turned by `turned_deg`.
-    pub fn sample(&mut self, turned_deg: f64) -> GyroscopeSample {
+    /// The turn of a sample at the end of the range, in degrees.
+    pub fn limit_deg(&self) -> f64 {
+        self.limit_deg
+    }
+
+    /// The sample at the end of a period in which the rotor turned by `turn`.
+    pub fn sample(&mut self, turn: &BodyTurn) -> GyroscopeSample {
         let GyroscopeNoise { period_s, walk_deg_rs, drift_deg_s, drift_time_s, resolution_deg } = self.noise;
         let walk: f64 = StandardNormal.sample(&mut self.walk);
         let increment: f64 = StandardNormal.sample(&mut self.instability);
-        let shown_deg = (1.0 + self.errors.scale) * turned_deg
-            + (self.errors.bias_deg_s + self.drift_deg_s) * period_s
+        let middle_s = (real(self.samples) + 0.5) * period_s;
+        self.samples += 1;
+        let shown_deg = self.errors.shown_deg(turn, middle_s, period_s, self.limit_deg)
+            + self.drift_deg_s * period_s
             + walk_deg_rs * math::sqrt(period_s) * walk;
         let kept = math::exp(-period_s / drift_time_s);
         self.drift_deg_s = kept * self.drift_deg_s + drift_deg_s * math::sqrt(1.0 - kept * kept) * increment;

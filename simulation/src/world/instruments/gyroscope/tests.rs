@@ -1,6 +1,6 @@
 //! The gyroscope against its model and its data sheet.
 
-use super::noise::TimeSpan;
+use super::noise::{SECONDS_PER_HOUR, TimeSpan};
 use super::*;
 use crate::math::allan_deviation;
 use crate::math::statistics::Spread;
@@ -11,19 +11,27 @@ fn scene(sets: &[&str]) -> Scene {
 }
 
 /// No noise of any kind, and errors that are not drawn.
-const PURE: [&str; 4] = [
+const PURE: [&str; 8] = [
     "gyroscope.parameters=nominal",
     "gyroscope.random_walk_deg_rh=0",
     "gyroscope.instability_deg_h=0",
     "gyroscope.resolution_deg=0",
+    "gyroscope.misalignment_mrad=0",
+    "gyroscope.nonlinearity_ppm=0",
+    "gyroscope.warm_up_ppm=0",
+    "gyroscope.warm_up_deg_h=0",
 ];
+
+fn own_axis(turned_deg: f64) -> BodyTurn {
+    BodyTurn::about_own_axis(turned_deg)
+}
 
 /// Angles of a gyroscope at rest.
 fn at_rest(scene: &Scene, samples: usize) -> Vec<f64> {
     let mut gyroscope = Gyroscope::new(scene);
     let mut angle_deg = 0.0;
     let turned = (0..samples).map(|_| {
-        angle_deg += gyroscope.sample(0.0).turned_deg;
+        angle_deg += gyroscope.sample(&own_axis(0.0)).turned_deg;
         angle_deg
     });
     std::iter::once(0.0).chain(turned).collect()
@@ -35,10 +43,58 @@ fn exact_scale_factor_and_bias() {
     let pure = scene(&[&PURE[..], &["gyroscope.bias_deg_h=36"]].concat());
     let mut gyroscope = Gyroscope::new(&pure);
     for (turned_deg, expected_deg) in [(0.1, 0.100_05 + 2e-5), (-0.1, -0.100_05 + 2e-5), (0.0, 2e-5)] {
-        let sample = gyroscope.sample(turned_deg);
+        let sample = gyroscope.sample(&own_axis(turned_deg));
         assert!((sample.turned_deg - expected_deg).abs() < 1e-15 && !sample.saturated, "{sample:?}");
     }
-    assert_eq!(gyroscope.errors(), GyroscopeErrors { scale: 5e-4, bias_deg_s: 0.01 });
+    let GyroscopeErrors { scale, bias_deg_s, .. } = gyroscope.errors();
+    assert!((scale - 5e-4).abs() < 1e-18 && (bias_deg_s - 0.01).abs() < 1e-18);
+}
+
+/// 3 mrad: what turns across the rotor's axis shows by 0.003 of itself from either direction, and as much of the turn
+/// about its own axis as without.
+#[test]
+fn exact_misalignment_shows_turns_across_the_axis() {
+    let sets = ["gyroscope.scale_factor_ppm=0", "gyroscope.bias_deg_h=0", "gyroscope.misalignment_mrad=3"];
+    let mut gyroscope = Gyroscope::new(&scene(&[&PURE[..], &sets].concat()));
+    for (across_deg, more_deg) in [([0.2, 0.0], 6e-4), ([0.0, -0.3], -9e-4), ([0.1, 0.1], 6e-4)] {
+        let sample = gyroscope.sample(&BodyTurn { own_axis_deg: 0.1, across_deg });
+        assert!((sample.turned_deg - 0.1 - more_deg).abs() < 1e-15, "{sample:?}");
+    }
+}
+
+/// 80 ppm of 400 deg/s at the end of the range, an eighth of that in the middle, and the other way the other sign.
+#[test]
+fn exact_non_linearity_grows_with_the_cube_of_the_rate() {
+    let sets = ["gyroscope.scale_factor_ppm=0", "gyroscope.bias_deg_h=0", "gyroscope.nonlinearity_ppm=-80"];
+    let mut gyroscope = Gyroscope::new(&scene(&[&PURE[..], &sets].concat()));
+    for (turned_deg, more_deg) in [(0.8, -0.8 * 80e-6), (0.4, -0.8 * 10e-6), (-0.4, 0.8 * 10e-6), (0.0, 0.0)]
+    {
+        let sample = gyroscope.sample(&own_axis(turned_deg));
+        assert!((sample.turned_deg - turned_deg - more_deg).abs() < 1e-15 && !sample.saturated, "{sample:?}");
+    }
+}
+
+/// After one time constant of 10 s, 1 - 1/e of 1,000 ppm and of 36 deg/h has come; in the first sample nearly nothing.
+#[test]
+fn exact_warming_up_changes_scale_factor_and_bias() {
+    let sets = [
+        "gyroscope.scale_factor_ppm=100",
+        "gyroscope.bias_deg_h=-36",
+        "gyroscope.warm_up_ppm=1000",
+        "gyroscope.warm_up_deg_h=36",
+        "gyroscope.warm_up_s=10",
+    ];
+    let mut gyroscope = Gyroscope::new(&scene(&[&PURE[..], &sets].concat()));
+    let samples: Vec<f64> = (0..5001).map(|_| gyroscope.sample(&own_axis(0.1)).turned_deg).collect();
+    // The middle of a sample of 2 ms.
+    for (sample, part) in [(0, 1.0 - math::exp(-1e-4)), (5000, 1.0 - math::exp(-1.0001))] {
+        let expected = 0.1 * (1.0 + 100e-6 + 1e-3 * part) + 2e-3 * 0.01 * (part - 1.0);
+        assert!((samples[sample] - expected).abs() < 1e-14, "{sample}: {} {expected}", samples[sample]);
+    }
+    let errors = gyroscope.errors();
+    let part = 1.0 - math::exp(-1.0);
+    assert!((errors.scale_at(10.0) - 100e-6 - 1e-3 * part).abs() < 1e-15);
+    assert!((errors.bias_deg_s_at(10.0) - 0.01 * (part - 1.0)).abs() < 1e-15);
 }
 
 /// +-400 deg/s are 0.8 degrees a sample; the mean over the sample saturates.
@@ -54,7 +110,7 @@ fn exact_saturation_clamps_and_says_so() {
         (0.5, 0.5, false),
         (-0.79, -0.79, false),
     ] {
-        let sample = gyroscope.sample(turned_deg);
+        let sample = gyroscope.sample(&own_axis(turned_deg));
         assert!((sample.turned_deg - shown_deg).abs() < 1e-15, "{sample:?}");
         assert_eq!(sample.saturated, saturated);
     }
@@ -67,7 +123,7 @@ fn exact_samples_are_whole_units() {
     sets.extend(["gyroscope.scale_factor_ppm=0", "gyroscope.bias_deg_h=0"]);
     let mut gyroscope = Gyroscope::new(&scene(&sets));
     for (turned_deg, shown_deg) in [(0.12, 0.0), (0.13, 0.25), (-0.38, -0.5), (0.5, 0.5)] {
-        assert!((gyroscope.sample(turned_deg).turned_deg - shown_deg).abs() < 1e-15);
+        assert!((gyroscope.sample(&own_axis(turned_deg)).turned_deg - shown_deg).abs() < 1e-15);
     }
 }
 
@@ -151,7 +207,17 @@ fn law_gyroscopes_are_drawn_by_seed_and_serial() {
     };
     let scale: Spread = (0..4000).map(|serial| 1e6 * errors(serial, "seed=1").scale).collect();
     let bias: Spread = (0..4000).map(|serial| 3600.0 * errors(serial, "seed=1").bias_deg_s).collect();
-    for (spread, sd) in [(scale, 500.0), (bias, 10.0)] {
+    let of = |of: fn(GyroscopeErrors) -> f64| (0..4000).map(|s| of(errors(s, "seed=1"))).collect::<Spread>();
+    let spreads = [
+        (scale, 500.0),
+        (bias, 10.0),
+        (of(|errors| 1e3 * errors.misalignment_rad[0]), 2.0),
+        (of(|errors| 1e3 * errors.misalignment_rad[1]), 2.0),
+        (of(|errors| 1e6 * errors.nonlinearity), 25.0),
+        (of(|errors| 1e6 * errors.warm_up.scale), 8.0),
+        (of(|errors| SECONDS_PER_HOUR * errors.warm_up.bias_deg_s), 1.0),
+    ];
+    for (spread, sd) in spreads {
         assert!(spread.mean.abs() < 4.0 * sd / 63.0 && (spread.sd / sd - 1.0).abs() < 0.05, "{spread:?}");
     }
     assert_ne!(errors(0, "seed=1"), errors(0, "seed=2"));
