@@ -7,9 +7,11 @@
 //! | `schedule` | the schedule: rests, and turns to either side at a staircase of rates |
 //! | `turning` | the run of the motor under the rate controller; the reference is the angle of its estimator |
 //! | [`simulation::world::instruments::gyroscope`] | samples of the rotor's true turn about its own axis |
-//! | `fit` | generalised least squares: scale factor and bias with their covariance |
-//! | `calibration` | one calibration: its intervals, its fit, what became of it |
+//! | `fit` | generalised least squares: scale factor, bias and what else is unknown, with their covariance |
+//! | `calibration`, `outcome` | one calibration: its intervals, its fit, what became of it |
+//! | `parts` | what each cause makes of the error, which only the simulation knows |
 //! | `beside_table` | several scenes side by side |
+//! | `budget` | the budget of the scale factor |
 //! | `summary`, `tables`, `picture`, `report` | the figures over all calibrations, and what is shown of them |
 //!
 //! The reference is good to some 5 milli-degrees while the rotor turns and to 0.5 at rest. Every interval shares it
@@ -24,8 +26,11 @@
 //! those that follow it. Calibrations on one motor share the error of the reference, a small part of the whole.
 
 mod beside_table;
+mod budget;
 mod calibration;
 mod fit;
+mod outcome;
+mod parts;
 mod picture;
 mod report;
 mod schedule;
@@ -37,7 +42,10 @@ use std::collections::BTreeSet;
 
 use crate::studies::beside::Beside;
 use crate::studies::shard::{Shard, run_each};
-pub use calibration::{Calibration, CalibrationOutcome};
+use calibration::Bench;
+pub use calibration::Calibration;
+use fit::Unknowns;
+pub use outcome::CalibrationOutcome;
 pub use schedule::TurnSchedule;
 use simulation::math::allan_deviation;
 use simulation::math::count::real;
@@ -45,8 +53,8 @@ use simulation::runs::RunError;
 use simulation::runs::filter;
 use simulation::scene::{Scene, SceneError};
 use simulation::world::body_turn::BodyTurn;
-use simulation::world::instruments::gyroscope::Gyroscope;
 use simulation::world::instruments::gyroscope::noise::SECONDS_PER_HOUR;
+use simulation::world::instruments::gyroscope::{Gyroscope, GyroscopeErrors};
 pub use summary::CalibrationSummary;
 use turning::TurningRun;
 
@@ -164,7 +172,7 @@ impl CalibrationPlan {
             outcomes,
             motors: self.motors,
             filter: filter::chosen(&self.scene),
-            schedule: self.schedule,
+            schedule: self.schedule.clone(),
             // Parts are of other machines, whose time says nothing of this one.
             time_s_per_s: f64::NAN,
             beside: Vec::new(),
@@ -176,8 +184,13 @@ impl CalibrationPlan {
         let serial = self.scene.integer("gyroscope.serial") + run / self.motors;
         scene.set("gyroscope.serial", &serial.to_string())?;
         let mut gyroscope = Gyroscope::new(scene);
-        Calibration::of(&mut gyroscope, (run, serial), turning, self.schedule.duration_s)
-            .ok_or_else(not_told_apart)
+        let bench = Bench {
+            schedule: &self.schedule,
+            turning,
+            unknowns: Unknowns::of(scene, self.schedule.duration_s),
+            misalignment_rad: GyroscopeErrors::sizes(scene).misalignment_rad[0],
+        };
+        Calibration::of(&mut gyroscope, (run, serial), &bench).ok_or_else(not_told_apart)
     }
 }
 

@@ -1,101 +1,16 @@
 //! One calibration: a gyroscope on the run of a motor, and what became of it.
 
-use motor_model::{Angle, math};
-use serde::{Deserialize, Serialize};
+use motor_model::math;
 
-use super::fit::{CalibrationFit, FitInterval};
+use super::fit::{CalibrationFit, FitInterval, StatedBudget, Unknowns, unknowns};
+use super::outcome::CalibrationOutcome;
+use super::parts::PartsByTruth;
+use super::schedule::TurnSchedule;
 use super::turning::{Anchor, TurningRun};
 use simulation::math::count::real;
-use simulation::math::statistics::NORMAL_95;
+use simulation::math::statistics::root_mean_square;
 use simulation::world::instruments::gyroscope::noise::{SECONDS_PER_HOUR, TimeSpan};
 use simulation::world::instruments::gyroscope::{Gyroscope, GyroscopeNoise, GyroscopeSample};
-
-/// 95 % of chi-square with two degrees of freedom: `-2 ln 0.05`.
-const PAIR_95: f64 = 5.991_465;
-
-/// What became of a calibration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CalibrationOutcome {
-    /// Seed of the run: the motor.
-    pub seed: u64,
-    /// Which gyroscope (`gyroscope.serial`).
-    pub serial: u64,
-    /// Motor time.
-    pub motor_time_s: f64,
-    /// Scale-factor error found.
-    pub scale_factor_ppm: f64,
-    /// Found less true. True is the scale factor at the middle of the plan: it changes while the gyroscope warms up.
-    pub scale_factor_error_ppm: f64,
-    /// Its standard deviation; 1.96 of it to either side are the 95 % interval.
-    pub scale_factor_sigma_ppm: f64,
-    /// What coning makes of that error: the gyroscope turns about the rotor's own axis, the reference is the angle seen
-    /// from above.
-    pub scale_factor_coning_ppm: f64,
-    /// What the error of the reference makes of it.
-    pub scale_factor_reference_ppm: f64,
-    /// What the gyroscope's noise and its other errors make of it: the rest.
-    pub scale_factor_noise_ppm: f64,
-    /// Bias found.
-    pub bias_deg_h: f64,
-    /// Found less true.
-    pub bias_error_deg_h: f64,
-    /// Its standard deviation.
-    pub bias_sigma_deg_h: f64,
-    /// What coning, the error of the reference and the gyroscope's noise make of that error.
-    pub bias_coning_deg_h: f64,
-    /// See above.
-    pub bias_reference_deg_h: f64,
-    /// See above.
-    pub bias_noise_deg_h: f64,
-    /// Correlation of both errors, as the fit states it.
-    pub correlation: f64,
-    /// Square of the distance of the true pair in standard deviations, correlation included.
-    pub pair_distance_square: f64,
-    /// Standard deviation of the bias that the gyroscope's random walk allows in this time, at rest.
-    pub walk_bias_sigma_deg_h: f64,
-    /// Standard deviation of the scale factor that the gyroscope's random walk allows at these rates, with an exact
-    /// reference and without saturation: see [`super::schedule`].
-    pub walk_scale_factor_sigma_ppm: f64,
-    /// Factor on the filter's variances of the reference that makes the residuals as large as the fit says, at least 1.
-    pub reference_factor: f64,
-    /// Intervals fitted.
-    pub intervals: usize,
-    /// Intervals left out because a sample in them was saturated.
-    pub saturated_intervals: usize,
-    /// Root mean square error of the reference at the ends of the intervals.
-    pub reference_rms_mdeg: f64,
-    /// Share of the ends of the intervals at which the reference is off by more than three standard deviations that the
-    /// filter states.
-    pub reference_beyond_3_sigma: f64,
-    /// Ends at which it is called good and is off by more than five.
-    pub reference_good_beyond_5_sigma: u64,
-    /// The largest error of these.
-    pub reference_good_beyond_5_sigma_worst_mdeg: f64,
-    /// Its place among all calibrations.
-    pub number: u64,
-}
-
-impl CalibrationOutcome {
-    /// Error of the scale factor in its standard deviations.
-    pub fn scale_factor_sigmas(&self) -> f64 {
-        self.scale_factor_error_ppm.abs() / self.scale_factor_sigma_ppm
-    }
-
-    /// Whether the 95 % interval of the scale factor holds the truth.
-    pub fn covers_scale_factor(&self) -> bool {
-        self.scale_factor_error_ppm.abs() <= NORMAL_95 * self.scale_factor_sigma_ppm
-    }
-
-    /// Whether that of the bias does.
-    pub fn covers_bias(&self) -> bool {
-        self.bias_error_deg_h.abs() <= NORMAL_95 * self.bias_sigma_deg_h
-    }
-
-    /// Whether the 95 % ellipse of both does.
-    pub fn covers_pair(&self) -> bool {
-        self.pair_distance_square <= PAIR_95
-    }
-}
 
 /// A calibration with its intervals and its fit.
 #[derive(Clone, Debug)]
@@ -108,109 +23,149 @@ pub struct Calibration {
     pub rates_deg_s: Vec<(f64, f64)>,
     pub(super) fit: CalibrationFit,
     pub(super) noise: GyroscopeNoise,
+    pub(super) unknowns: Unknowns,
+}
+
+/// The bench on which gyroscopes are calibrated.
+pub(super) struct Bench<'a> {
+    pub schedule: &'a TurnSchedule,
+    pub turning: &'a TurningRun,
+    pub unknowns: Unknowns,
+    /// Standard deviation of the misalignment along an axis, in rad.
+    pub misalignment_rad: f64,
 }
 
 impl Calibration {
-    /// Calibration `number`: of `gyroscope`, whose serial is given, on the run of a motor; `None` where scale factor
-    /// and bias cannot be told apart.
-    pub(super) fn of(
-        gyroscope: &mut Gyroscope,
-        (number, serial): (u64, u64),
-        turning: &TurningRun,
-        motor_time_s: f64,
-    ) -> Option<Self> {
+    /// Calibration `number`: of `gyroscope`, whose serial is given, on a bench; `None` where scale factor and bias
+    /// cannot be told apart.
+    pub(super) fn of(gyroscope: &mut Gyroscope, (number, serial): (u64, u64), bench: &Bench) -> Option<Self> {
+        let Bench { turning, unknowns, .. } = bench;
         let noise = gyroscope.noise();
         let samples: Vec<_> = turning.turns().map(|turn| gyroscope.sample(&turn)).collect();
-        let time_s = |sample: usize| real(sample) * noise.period_s;
-        let interval = |pair: &[Anchor]| {
-            let [from, until] = [pair[0], pair[1]];
-            let within = &samples[from.sample..until.sample];
-            let interval = FitInterval {
-                span: TimeSpan { from_s: time_s(from.sample), until_s: time_s(until.sample) },
-                shown_deg: within.iter().map(|sample| sample.turned_deg).sum(),
-                turned_deg: until.angle.minus(from.angle).degrees(),
-                variances_deg2: (from.variance_deg2, until.variance_deg2),
-            };
-            (interval, within.iter().any(|sample| sample.saturated))
-        };
-        let intervals: Vec<_> = turning.anchors.windows(2).map(interval).collect();
-        let kept_intervals: Vec<FitInterval> =
+        let intervals = intervals(gyroscope, &samples, bench);
+        let kept: Vec<FitInterval> =
             intervals.iter().filter(|(_, saturated)| !saturated).map(|(interval, _)| *interval).collect();
-        let fit = CalibrationFit::to(&kept_intervals, &noise)?;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at least 1")]
-        let chunk = (0.05 / noise.period_s).round().max(1.0) as usize;
-        let mean = |(index, chunk_of): (usize, &[GyroscopeSample])| {
-            let turned_deg: f64 = chunk_of.iter().map(|sample| sample.turned_deg).sum();
-            let length_s = time_s(chunk_of.len());
-            (time_s(index * chunk) + 0.5 * length_s, turned_deg / length_s)
-        };
-        let rates_deg_s = samples.chunks(chunk).enumerate().map(mean).collect();
-        let (ppm, deg_h) = (1e6, SECONDS_PER_HOUR);
-        let (true_scale, true_bias_deg_s) = {
-            let (errors, middle_s) = (gyroscope.errors(), 0.5 * motor_time_s);
-            (errors.scale_at(middle_s), errors.bias_deg_s_at(middle_s))
-        };
-        let differences = differences(turning);
-        let part = |of: fn(&TurnDifference) -> f64| {
-            let kept = differences.iter().zip(&intervals).filter(|(_, (_, saturated))| !saturated);
-            fit.part(&kept_intervals, &noise, kept.map(|(difference, _)| (1.0 + true_scale) * of(difference)))
-        };
-        let [coning, reference] = [part(|turn| turn.coning_deg)?, part(|turn| turn.reference_deg)?];
-        let errors = [fit.scale - true_scale, fit.bias_deg_s - true_bias_deg_s];
-        let rest = [0, 1].map(|of| errors[of] - coning[of] - reference[of]);
-        let stated = turning.reference_stated();
-        let outcome = CalibrationOutcome {
-            number,
-            seed: turning.seed,
-            serial,
-            motor_time_s,
-            scale_factor_ppm: ppm * fit.scale,
-            scale_factor_error_ppm: ppm * errors[0],
-            scale_factor_coning_ppm: ppm * coning[0],
-            scale_factor_reference_ppm: ppm * reference[0],
-            scale_factor_noise_ppm: ppm * rest[0],
-            scale_factor_sigma_ppm: ppm * fit.scale_sigma(),
-            bias_deg_h: deg_h * fit.bias_deg_s,
-            bias_error_deg_h: deg_h * errors[1],
-            bias_coning_deg_h: deg_h * coning[1],
-            bias_reference_deg_h: deg_h * reference[1],
-            bias_noise_deg_h: deg_h * rest[1],
-            bias_sigma_deg_h: deg_h * fit.bias_sigma_deg_s(),
-            correlation: fit.correlation(),
-            pair_distance_square: fit.distance_square(true_scale, true_bias_deg_s),
-            walk_bias_sigma_deg_h: deg_h * noise.walk_bias_deg_s(motor_time_s),
-            walk_scale_factor_sigma_ppm: ppm * walk_scale_sigma(&intervals, &noise),
-            reference_factor: fit.reference_factor,
-            intervals: kept_intervals.len(),
-            saturated_intervals: intervals.len() - kept_intervals.len(),
-            reference_rms_mdeg: turning.reference_rms_mdeg(),
-            reference_beyond_3_sigma: stated.beyond_3_sigma,
-            reference_good_beyond_5_sigma: stated.good_beyond_5_sigma,
-            reference_good_beyond_5_sigma_worst_mdeg: stated.good_beyond_5_sigma_worst_mdeg,
-        };
-        Some(Self { outcome, intervals, rates_deg_s, fit, noise })
+        let fit = CalibrationFit::to(&kept, &noise, unknowns)?;
+        let budget = fit.budget(&kept, &noise, unknowns);
+        let is_kept: Vec<bool> = intervals.iter().map(|(_, saturated)| !saturated).collect();
+        let parts = PartsByTruth::of(gyroscope, bench, &is_kept, &fit);
+        let mut outcome = outcome(gyroscope, bench, &fit, &parts, &budget);
+        (outcome.number, outcome.serial) = (number, serial);
+        outcome.intervals = kept.len();
+        outcome.saturated_intervals = intervals.len() - kept.len();
+        outcome.walk_scale_factor_sigma_ppm = 1e6 * walk_scale_sigma(&intervals, &noise);
+        let rates_deg_s = mean_rates(&samples, noise.period_s);
+        Some(Self { outcome, intervals, rates_deg_s, fit, noise, unknowns: *unknowns })
     }
 }
 
-/// How the turn of an interval differs from that of the reference, but for the gyroscope's errors, in degrees.
-struct TurnDifference {
-    /// The turn about the rotor's own axis less the one seen from above.
-    coning_deg: f64,
-    /// The true turn seen from above less that of the reference.
-    reference_deg: f64,
+/// The intervals between the anchors, and whether a sample in them was saturated.
+fn intervals(gyroscope: &Gyroscope, samples: &[GyroscopeSample], bench: &Bench) -> Vec<(FitInterval, bool)> {
+    let (period_s, limit_deg) = (gyroscope.noise().period_s, gyroscope.limit_deg());
+    let interval = |pair: &[Anchor]| {
+        let [from, until] = [pair[0], pair[1]];
+        let within = &samples[from.sample..until.sample];
+        let [from_s, until_s] = [from, until].map(|anchor| real(anchor.sample) * period_s);
+        let span = TimeSpan { from_s, until_s };
+        let part = |anchor: Anchor| anchor.angle.wrapped().degrees() / 360.0;
+        let cubed = |sample: &GyroscopeSample| {
+            let part = sample.turned_deg / limit_deg;
+            part * part * part
+        };
+        let interval = FitInterval {
+            span,
+            shown_deg: within.iter().map(|sample| sample.turned_deg).sum(),
+            turned_deg: until.angle.minus(from.angle).degrees(),
+            variances_deg2: (from.variance_deg2, until.variance_deg2),
+            cubed_deg: limit_deg * within.iter().map(cubed).sum::<f64>(),
+            angles_turn: (part(from), part(until)),
+            drive: bench.schedule.drive_in(span),
+        };
+        (interval, within.iter().any(|sample| sample.saturated))
+    };
+    bench.turning.anchors.windows(2).map(interval).collect()
 }
 
-/// Those of all intervals.
-fn differences(turning: &TurningRun) -> Vec<TurnDifference> {
-    let turn = |of: &[Angle], pair: &[Anchor]| of[pair[1].sample].minus(of[pair[0].sample]).degrees();
-    let difference = |pair: &[Anchor]| {
-        let seen_deg = turn(&turning.truth, pair);
-        TurnDifference {
-            coning_deg: turn(&turning.sensed, pair) - seen_deg,
-            reference_deg: seen_deg - pair[1].angle.minus(pair[0].angle).degrees(),
-        }
+/// The mean rate over each twentieth of a second: middle in s, deg/s.
+fn mean_rates(samples: &[GyroscopeSample], period_s: f64) -> Vec<(f64, f64)> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at least 1")]
+    let chunk = (0.05 / period_s).round().max(1.0) as usize;
+    let mean = |(index, chunk_of): (usize, &[GyroscopeSample])| {
+        let turned_deg: f64 = chunk_of.iter().map(|sample| sample.turned_deg).sum();
+        let length_s = real(chunk_of.len()) * period_s;
+        (real(index * chunk) * period_s + 0.5 * length_s, turned_deg / length_s)
     };
-    turning.anchors.windows(2).map(difference).collect()
+    samples.chunks(chunk).enumerate().map(mean).collect()
+}
+
+/// What became of a calibration, but for what its intervals say.
+fn outcome(
+    gyroscope: &Gyroscope,
+    bench: &Bench,
+    fit: &CalibrationFit,
+    parts: &PartsByTruth,
+    StatedBudget(stated): &StatedBudget,
+) -> CalibrationOutcome {
+    let (ppm, deg_h) = (1e6, SECONDS_PER_HOUR);
+    let Bench { turning, unknowns: known, schedule, misalignment_rad } = bench;
+    let (truth, noise) = (gyroscope.errors(), gyroscope.noise());
+    let (true_scale, true_bias_deg_s) = (truth.scale_at(known.at_s), truth.bias_deg_s_at(known.at_s));
+    let errors = [fit.scale - true_scale, fit.bias_deg_s - true_bias_deg_s];
+    let rest = [0, 1].map(|of| errors[of] - parts.sum(of));
+    let stated_by_filter = turning.reference_stated();
+    let (nonlinearity, nonlinearity_sigma) = fit.unknown(unknowns::NONLINEARITY);
+    let [cosine, sine, cosine_twice, sine_twice] = unknowns::CAMERA.map(|unknown| fit.unknown(unknown));
+    let camera_mdeg = 1e3 * known.camera_deg;
+    let amplitude = |one: (f64, f64), other: (f64, f64)| camera_mdeg * one.0.hypot(other.0);
+    let camera_sigmas = [cosine, sine, cosine_twice, sine_twice].map(|(_, sigma)| sigma);
+    CalibrationOutcome {
+        number: 0,
+        seed: turning.seed,
+        serial: 0,
+        motor_time_s: schedule.duration_s,
+        scale_factor_ppm: ppm * fit.scale,
+        scale_factor_error_ppm: ppm * errors[0],
+        scale_factor_sigma_ppm: ppm * fit.scale_sigma(),
+        scale_factor_coning_ppm: ppm * parts.coning[0],
+        scale_factor_reference_ppm: ppm * parts.reference[0],
+        scale_factor_misalignment_ppm: ppm * parts.misalignment[0],
+        scale_factor_nonlinearity_ppm: ppm * parts.nonlinearity[0],
+        scale_factor_temperature_ppm: ppm * parts.temperature[0],
+        scale_factor_noise_ppm: ppm * rest[0],
+        stated_random_walk_ppm: ppm * stated[0],
+        stated_drift_ppm: ppm * stated[1],
+        stated_reference_ppm: ppm * stated[2],
+        stated_coning_ppm: ppm * stated[3],
+        stated_nonlinearity_ppm: ppm * stated[4],
+        stated_temperature_ppm: ppm * stated[5],
+        stated_camera_ppm: ppm * stated[6],
+        nonlinearity_ppm: ppm * known.nonlinearity * nonlinearity,
+        nonlinearity_error_ppm: ppm * (known.nonlinearity * nonlinearity - truth.nonlinearity),
+        nonlinearity_sigma_ppm: ppm * known.nonlinearity.abs() * nonlinearity_sigma,
+        misalignment_first_error_mrad: -1e3 * truth.misalignment_rad[0],
+        misalignment_second_error_mrad: -1e3 * truth.misalignment_rad[1],
+        misalignment_sigma_mrad: 1e3 * misalignment_rad.abs(),
+        camera_once_mdeg: amplitude(cosine, sine),
+        camera_twice_mdeg: amplitude(cosine_twice, sine_twice),
+        camera_sigma_mdeg: camera_mdeg * root_mean_square(camera_sigmas),
+        bias_deg_h: deg_h * fit.bias_deg_s,
+        bias_error_deg_h: deg_h * errors[1],
+        bias_sigma_deg_h: deg_h * fit.bias_sigma_deg_s(),
+        bias_coning_deg_h: deg_h * parts.coning[1],
+        bias_reference_deg_h: deg_h * parts.reference[1],
+        bias_noise_deg_h: deg_h * rest[1],
+        correlation: fit.correlation(),
+        pair_distance_square: fit.distance_square(true_scale, true_bias_deg_s),
+        walk_bias_sigma_deg_h: deg_h * noise.walk_bias_deg_s(schedule.duration_s),
+        walk_scale_factor_sigma_ppm: 0.0,
+        reference_factor: fit.strengths.reference_factor,
+        intervals: 0,
+        saturated_intervals: 0,
+        reference_rms_mdeg: turning.reference_rms_mdeg(),
+        reference_beyond_3_sigma: stated_by_filter.beyond_3_sigma,
+        reference_good_beyond_5_sigma: stated_by_filter.good_beyond_5_sigma,
+        reference_good_beyond_5_sigma_worst_mdeg: stated_by_filter.good_beyond_5_sigma_worst_mdeg,
+    }
 }
 
 /// Standard deviation of the scale factor that random walk alone allows at the rates of all intervals.
@@ -242,6 +197,9 @@ mod tests {
             shown_deg: turned_deg,
             turned_deg,
             variances_deg2: (0.0, 0.0),
+            cubed_deg: 0.0,
+            angles_turn: (0.0, 0.0),
+            drive: 0,
         };
         let all = [
             (interval(0.0, 1.0, 0.0), false),

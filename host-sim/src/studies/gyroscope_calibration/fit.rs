@@ -1,31 +1,45 @@
-//! Scale factor and bias by generalised least squares.
+//! Scale factor, bias and what else is unknown of a gyroscope, by generalised least squares.
 //!
 //! Over an interval from anchor a to anchor b the gyroscope shows `g`, the sum of its samples, and the reference turns
 //! by `r`:
 //!
 //! ```text
-//! g - r = s r + b T + noise,      cov(noise) = V
-//! x = (A' V^-1 A)^-1 A' V^-1 y,   cov(x) = (A' V^-1 A)^-1,   chi^2 = (y - A x)' V^-1 (y - A x)
+//! g - r = s r + b T + sum of the other unknowns + noise,      cov(noise) = V
+//! M = A' V^-1 A + P,    x = M^-1 A' V^-1 y,    cov(x) = M^-1,    chi^2 = (y - A x)' V^-1 (y - A x) + x' P x
 //!
-//! A: rows (r, T)      y: g - r      x: (s, b)
+//! A: rows (r, T, ...)      y: g - r      x: (s, b, ...)      P: what is known of the unknowns before, see `unknowns`
 //! V: the gyroscope's own angle over the spans (random walk, instability, units)
 //!    + variance of the reference at a and at b, which neighbours share with the opposite sign
+//!    + W T: coning, a random walk of a strength W for each drive
 //! ```
 //!
-//! The gyroscope's part of V is [`GyroscopeNoise::covariance_deg2`]. The sums are solved by the Cholesky factor of V. V
-//! contains the drift of the bias during the run, and cov(x) the correlation of scale factor and bias. The bias is the
-//! constant part; the drift is noise about it. The reference's error in A (some 5 milli-degrees in 10 degrees and more)
-//! is left out: it lowers `s` by its own square, 1e-7 of s. Intervals in which a sample was saturated are left out. The
-//! filter's variances are too small where a motor turns slowly. If chi-square per degree of freedom is above 1, one
-//! factor raises them all until it is 1. The gyroscope's noise, which the data sheet gives, stays.
+//! On a rotor that tilts the gyroscope turns about the rotor's own axis, and the reference is the angle seen from
+//! above. Both differ by the solid angle that the axis sweeps. From interval to interval that is a sum of independent
+//! steps. Neither their size nor the tilt is in a data sheet, so that `strengths` finds W from the residuals. With it
+//! goes a factor on the filter's variances, which are too small where a motor turns slowly. Turns across the rotor's
+//! axis, which a misaligned gyroscope shows, are such steps as well, and stand in W. The gyroscope's noise, which the
+//! data sheet gives, stays.
 //!
-//! Source: Aitken, Proc. Roy. Soc. Edinburgh 55 (1935) 42-48.
+//! V contains the drift of the bias during the run. The bias is the constant part; the drift is noise about it. The
+//! reference's error in A (some 5 milli-degrees in 10 degrees and more) is left out: it lowers `s` by its own square,
+//! 1e-7 of s. Intervals in which a sample was saturated are left out.
+//!
+//! Source: Aitken, Proc. Roy. Soc. Edinburgh 55 (1935) 42-48; with what is known before, Goldberger, J. Am. Stat.
+//! Assoc. 57 (1962) 369-375.
+
+mod budget;
+mod strengths;
+pub mod unknowns;
+mod whitening;
 
 use motor_model::math;
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix2, OMatrix, U2, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use simulation::math::count::real;
+pub use budget::{CAUSES, StatedBudget};
 use simulation::world::instruments::gyroscope::{GyroscopeNoise, noise::TimeSpan};
+pub use unknowns::Unknowns;
+use unknowns::{BIAS, COUNT, SCALE};
+pub use whitening::NoiseStrengths;
 
 /// Gyroscope and reference between two anchors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,9 +52,16 @@ pub struct FitInterval {
     pub turned_deg: f64,
     /// Variances of the reference at the beginning and at the end, in deg^2.
     pub variances_deg2: (f64, f64),
+    /// The sum over the samples of `L (sample / L)^3` in degrees, L the turn of a sample at the end of the range: what
+    /// a non-linearity of 1 shows.
+    pub cubed_deg: f64,
+    /// The reference's angle at the beginning and at the end, as parts of a turn.
+    pub angles_turn: (f64, f64),
+    /// Which of the plan's drives turns the rotor: coning has a strength for each. 0 is none.
+    pub drive: usize,
 }
 
-/// Scale factor and bias with their covariance.
+/// The unknowns with their covariance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CalibrationFit {
     /// Error of the scale factor.
@@ -49,106 +70,104 @@ pub struct CalibrationFit {
     pub bias_deg_s: f64,
     /// Covariance of both: 1, deg/s and deg^2/s^2.
     pub covariance: Matrix2<f64>,
-    /// Weighted sum of the squared residuals, with the raised variances of the reference.
+    /// All unknowns in the order of [`unknowns`], and their covariance.
+    pub found: DVector<f64>,
+    /// See [`Self::found`].
+    pub found_covariance: DMatrix<f64>,
+    /// Weighted sum of the squared residuals, and of the unknowns that are known before.
     pub chi_square: f64,
-    /// Intervals less unknowns.
+    /// Intervals less unknowns that may be anything.
     pub degrees_of_freedom: usize,
-    /// Factor by which the reference's variances were raised, at least 1.
-    pub reference_factor: f64,
+    /// Strengths that were found from the residuals.
+    pub strengths: NoiseStrengths,
+    /// What a degree more in each interval makes of each unknown.
+    pub gains: DMatrix<f64>,
 }
 
-/// Most iterations of the factor on the reference's variances.
-const ROUNDS_MAX: u32 = 20;
-
-/// The covariance of the differences between gyroscope and reference, in deg^2.
-fn covariance(intervals: &[FitInterval], noise: &GyroscopeNoise, reference_factor: f64) -> DMatrix<f64> {
-    DMatrix::from_fn(intervals.len(), intervals.len(), |row, column| {
-        let (one, other) = (&intervals[row], &intervals[column]);
-        let shared = if row == column {
-            one.variances_deg2.0 + one.variances_deg2.1
-        } else if one.span.until_s.total_cmp(&other.span.from_s).is_eq() {
-            -one.variances_deg2.1
-        } else if one.span.from_s.total_cmp(&other.span.until_s).is_eq() {
-            -one.variances_deg2.0
-        } else {
-            0.0
-        };
-        reference_factor * shared + noise.covariance_deg2(one.span, other.span)
-    })
+/// The least squares under given strengths of the noise.
+struct LeastSquares {
+    found: DVector<f64>,
+    covariance: DMatrix<f64>,
+    chi_square: f64,
+    /// What restricted maximum likelihood makes least.
+    criterion: f64,
+    /// A per standard deviation, a column an interval.
+    regressors_white: DMatrix<f64>,
 }
 
-/// How the fit weighs the intervals.
-struct FitWeights {
-    /// Of V.
-    factor: Cholesky<f64, Dyn>,
-    /// A per standard deviation.
-    regressors_white: OMatrix<f64, Dyn, U2>,
-    /// Of the result.
-    covariance: Matrix2<f64>,
-}
-
-impl FitWeights {
-    fn new(intervals: &[FitInterval], noise: &GyroscopeNoise, reference_factor: f64) -> Option<Self> {
-        let factor = covariance(intervals, noise, reference_factor).cholesky()?;
-        let regressors = OMatrix::<f64, Dyn, U2>::from_fn(intervals.len(), |row, column| {
-            if column == 0 { intervals[row].turned_deg } else { intervals[row].span.length_s() }
-        });
-        let regressors_white = factor.l_dirty().solve_lower_triangular(&regressors)?;
-        let information: Matrix2<f64> = regressors_white.tr_mul(&regressors_white);
+impl LeastSquares {
+    fn solve(
+        intervals: &[FitInterval],
+        noise: &GyroscopeNoise,
+        unknowns: &Unknowns,
+        strengths: &NoiseStrengths,
+    ) -> Option<Self> {
+        let mut white = unknowns.columns(intervals);
+        let log_determinant = whitening::whiten(intervals, noise, strengths, &mut white)?;
+        let seen = white.row(COUNT).transpose();
+        let regressors_white = white.remove_row(COUNT);
+        let mut information = &regressors_white * regressors_white.transpose();
         // 1 - square of the correlation: 0 but for rounding where all intervals have one rate.
-        let told_apart = information.determinant() / (information.m11 * information.m22);
-        let covariance = information.try_inverse().filter(|_| told_apart > 1e-9)?;
-        Some(Self { factor, regressors_white, covariance })
-    }
-
-    /// Scale factor and bias from differences, and the weighted sum of the squared residuals.
-    fn solve(&self, seen_deg: impl Iterator<Item = f64>) -> Option<(Vector2<f64>, f64)> {
-        let seen = DVector::from_iterator(self.regressors_white.nrows(), seen_deg);
-        let seen_white = self.factor.l_dirty().solve_lower_triangular(&seen)?;
-        let right: Vector2<f64> = self.regressors_white.tr_mul(&seen_white);
-        let found = self.covariance * right;
-        let residual = seen_white - &self.regressors_white * found;
-        Some((found, residual.norm_squared()))
+        let of = |row: usize, column: usize| information[(row, column)];
+        let told_apart = 1.0 - of(SCALE, BIAS) * of(SCALE, BIAS) / (of(SCALE, SCALE) * of(BIAS, BIAS));
+        if !told_apart.is_finite() || told_apart < 1e-9 {
+            return None;
+        }
+        for unknown in 0..COUNT {
+            information[(unknown, unknown)] += Unknowns::before(unknown);
+        }
+        let factor = information.cholesky()?;
+        let found = factor.solve(&(&regressors_white * &seen));
+        let residual = &seen - regressors_white.tr_mul(&found);
+        let before = |unknown: usize| Unknowns::before(unknown) * found[unknown] * found[unknown];
+        let chi_square = residual.norm_squared() + (0..COUNT).map(before).sum::<f64>();
+        let log_information: f64 =
+            factor.l_dirty().diagonal().iter().map(|pivot| 2.0 * math::ln(*pivot)).sum();
+        let criterion = log_determinant + log_information + chi_square;
+        Some(Self { found, covariance: factor.inverse(), chi_square, criterion, regressors_white })
     }
 }
 
 impl CalibrationFit {
     /// The fit to `intervals`, which are in order and do not overlap; `None` where they do not tell scale factor from
     /// bias, or have no noise.
-    pub fn to(intervals: &[FitInterval], noise: &GyroscopeNoise) -> Option<Self> {
-        let mut fit = Self::weighted(intervals, noise, 1.0)?;
-        for _ in 0..ROUNDS_MAX {
-            let excess = fit.chi_square / real(fit.degrees_of_freedom.max(1));
-            let reference_factor = (fit.reference_factor * excess).max(1.0);
-            if (reference_factor / fit.reference_factor - 1.0).abs() < 0.01 {
-                break;
-            }
-            fit = Self::weighted(intervals, noise, reference_factor)?;
-        }
-        Some(fit)
-    }
-
-    /// With the reference's variances raised by a factor.
-    fn weighted(intervals: &[FitInterval], noise: &GyroscopeNoise, reference_factor: f64) -> Option<Self> {
+    pub fn to(intervals: &[FitInterval], noise: &GyroscopeNoise, unknowns: &Unknowns) -> Option<Self> {
         let degrees_of_freedom = intervals.len().checked_sub(2)?;
-        let weights = FitWeights::new(intervals, noise, reference_factor)?;
-        let seen = intervals.iter().map(|interval| interval.shown_deg - interval.turned_deg);
-        let (found, chi_square) = weights.solve(seen)?;
-        let [scale, bias_deg_s] = found.into();
-        let covariance = weights.covariance;
-        Some(Self { scale, bias_deg_s, covariance, chi_square, degrees_of_freedom, reference_factor })
+        let (strengths, solved) = strengths::found(intervals, noise, unknowns)?;
+        let LeastSquares { found, covariance: found_covariance, chi_square, regressors_white, .. } = solved;
+        let mut inverse_factor = DMatrix::identity(intervals.len(), intervals.len());
+        whitening::whiten(intervals, noise, &strengths, &mut inverse_factor)?;
+        let gains = &found_covariance * (regressors_white * inverse_factor.transpose());
+        let covariance = found_covariance.fixed_view::<2, 2>(0, 0).into_owned();
+        let (scale, bias_deg_s) = (found[SCALE], found[BIAS]);
+        Some(Self {
+            scale,
+            bias_deg_s,
+            covariance,
+            found,
+            found_covariance,
+            chi_square,
+            degrees_of_freedom,
+            strengths,
+            gains,
+        })
     }
 
-    /// What differences of `seen_deg` between gyroscope and reference, one for each of the `intervals` of this fit,
-    /// make of the scale factor and of the bias in deg/s: the fit is linear in them.
-    pub fn part(
-        &self,
-        intervals: &[FitInterval],
-        noise: &GyroscopeNoise,
-        seen_deg: impl Iterator<Item = f64>,
-    ) -> Option<[f64; 2]> {
-        let weights = FitWeights::new(intervals, noise, self.reference_factor)?;
-        Some(weights.solve(seen_deg)?.0.into())
+    /// What differences of `seen_deg` between gyroscope and reference, one for each interval of this fit, make of the
+    /// scale factor and of the bias in deg/s: the fit is linear in them.
+    pub fn part(&self, seen_deg: impl Iterator<Item = f64>) -> [f64; 2] {
+        let mut parts = [0.0; 2];
+        for (gains, seen_deg) in self.gains.column_iter().zip(seen_deg) {
+            parts[0] += gains[SCALE] * seen_deg;
+            parts[1] += gains[BIAS] * seen_deg;
+        }
+        parts
+    }
+
+    /// What the fit explains of the difference between gyroscope and reference in each interval, in degrees.
+    pub fn explained_deg(&self, intervals: &[FitInterval], unknowns: &Unknowns) -> Vec<f64> {
+        let columns = unknowns.columns(intervals);
+        columns.column_iter().map(|column| column.rows(0, COUNT).dot(&self.found)).collect()
     }
 
     /// Standard deviation of the scale factor.
@@ -161,7 +180,12 @@ impl CalibrationFit {
         math::sqrt(self.covariance.m22)
     }
 
-    /// Correlation of both.
+    /// An unknown and its standard deviation; of those that are known before, per the standard deviation before.
+    pub fn unknown(&self, unknown: usize) -> (f64, f64) {
+        (self.found[unknown], math::sqrt(self.found_covariance[(unknown, unknown)]))
+    }
+
+    /// Correlation of scale factor and bias.
     pub fn correlation(&self) -> f64 {
         self.covariance.m12 / (self.scale_sigma() * self.bias_sigma_deg_s())
     }

@@ -13,15 +13,21 @@ use simulation::world::instruments::gyroscope::noise::TimeSpan;
 const SHOWN_MAX: usize = 200;
 
 impl Calibration {
-    /// The sum of `of` over the intervals fitted, by the time at which each ends.
-    fn sums(&self, of: impl Fn(&FitInterval) -> f64) -> Vec<(f64, f64)> {
+    /// The intervals fitted.
+    fn fitted(&self) -> Vec<FitInterval> {
+        self.intervals.iter().filter(|(_, saturated)| !saturated).map(|(interval, _)| *interval).collect()
+    }
+
+    /// Sums of `of` each interval fitted, by the time at which it ends.
+    fn sums(&self, of: impl IntoIterator<Item = f64>) -> Vec<(f64, f64)> {
         let mut sum = 0.0;
-        let kept = self.intervals.iter().filter(|(_, saturated)| !saturated);
-        kept.map(|(interval, _)| {
-            sum += of(interval);
-            (interval.span.until_s, sum)
-        })
-        .collect()
+        let of_each = self.fitted().into_iter().zip(of);
+        of_each
+            .map(|(interval, of)| {
+                sum += of;
+                (interval.span.until_s, sum)
+            })
+            .collect()
     }
 
     /// Times in which intervals were left out.
@@ -30,31 +36,30 @@ impl Calibration {
         left_out.map(|(interval, _)| (interval.span.from_s, interval.span.until_s)).collect()
     }
 
+    /// Gyroscope less reference in each interval fitted, in degrees, and what the fit explains of it.
+    fn seen_and_explained(&self) -> (Vec<f64>, Vec<f64>) {
+        let fitted = self.fitted();
+        let seen = fitted.iter().map(|interval| interval.shown_deg - interval.turned_deg).collect();
+        (seen, self.fit.explained_deg(&fitted, &self.unknowns))
+    }
+
     fn before(&self) -> Panel {
-        let fit = &self.fit;
-        let explained = |interval: &FitInterval| {
-            fit.scale * interval.turned_deg + fit.bias_deg_s * interval.span.length_s()
-        };
+        let (seen, explained) = self.seen_and_explained();
         Panel::new("Gyroscope less reference, summed", Axis::new("time (s)"), Axis::new("angle (deg)"))
-            .series(
-                Series::line(self.sums(|interval| interval.shown_deg - interval.turned_deg))
-                    .colour(Colour::Blue)
-                    .width(2.0)
-                    .label("seen"),
-            )
+            .series(Series::line(self.sums(seen)).colour(Colour::Blue).width(2.0).label("seen"))
             .series(Series::dashes(self.sums(explained)).colour(Colour::Vermilion).label("fit"))
     }
 
-    fn after<'a>(&'a self) -> Panel {
+    fn after(&self) -> Panel {
         let fit = &self.fit;
-        let left_mdeg = |interval: &FitInterval| {
-            let explained = fit.scale * interval.turned_deg + fit.bias_deg_s * interval.span.length_s();
-            1e3 * (interval.shown_deg - interval.turned_deg - explained)
-        };
+        let (seen, explained) = self.seen_and_explained();
+        let left_mdeg = seen.iter().zip(explained).map(|(seen, explained)| 1e3 * (seen - explained));
+        let fitted = self.fitted();
         // Where intervals are left out, the reference counts at both ends of the gap.
         let mut before: Option<&FitInterval> = None;
-        let mut gaps_deg2 = 0.0;
-        let noise = |(interval, _): &'a (FitInterval, bool)| {
+        let (mut gaps_deg2, mut coning_deg2) = (0.0, 0.0);
+        let mut band = Vec::new();
+        for interval in &fitted {
             let TimeSpan { from_s, until_s } = interval.span;
             let adjoins = before.is_some_and(|before| before.span.until_s.total_cmp(&from_s).is_eq());
             if !adjoins {
@@ -62,18 +67,18 @@ impl Calibration {
             }
             before = Some(interval);
             let whole = TimeSpan { from_s: 0.0, until_s };
-            let reference_deg2 = fit.reference_factor * (gaps_deg2 + interval.variances_deg2.1);
-            let sigma_deg = math::sqrt(self.noise.covariance_deg2(whole, whole) + reference_deg2);
-            let half = 1e3 * NORMAL_95 * sigma_deg;
-            (until_s, -half, half)
-        };
-        let band = self.intervals.iter().filter(|(_, saturated)| !saturated).map(noise).collect();
+            coning_deg2 += fit.strengths.coning_deg2(interval);
+            let reference_deg2 = fit.strengths.reference_factor * (gaps_deg2 + interval.variances_deg2.1);
+            let own_deg2 = self.noise.covariance_deg2(whole, whole);
+            let half = 1e3 * NORMAL_95 * math::sqrt(own_deg2 + reference_deg2 + coning_deg2);
+            band.push((until_s, -half, half));
+        }
         let sums = self.sums(left_mdeg);
         Panel::new("What the fit leaves of it", Axis::new("time (s)"), Axis::new("angle (mdeg)"))
             .series(
                 Series::band(band)
                     .colour(Colour::Grey)
-                    .label("95 % of the noise, gyroscope's and reference's"),
+                    .label("95 % of the noise: gyroscope, reference and coning"),
             )
             .series(Series::line(sums).colour(Colour::Blue))
     }
@@ -101,7 +106,8 @@ impl Calibrations {
             .panel(self.rates())
             .panel(self.first.before())
             .panel(self.first.after())
-            .panel(self.allan());
+            .panel(self.allan())
+            .panel(self.budget_panel());
         if self.outcomes.len() < 2 {
             return figure;
         }
@@ -115,8 +121,7 @@ impl Calibrations {
     }
 
     fn rates(&self) -> Panel {
-        #[expect(clippy::cast_possible_truncation, reason = "for the eye")]
-        let asked = |time_s: f64| f64::from(self.schedule.profile.rate_rad_s(time_s as f32)).to_degrees();
+        let asked = |time_s: f64| self.schedule.rate_deg_s(time_s);
         let middles = self.first.rates_deg_s.iter().map(|&(time_s, _)| (time_s, asked(time_s)));
         let asked = middles.collect();
         Panel::new(

@@ -12,8 +12,9 @@ impl Calibrations {
         let first = &self.first.outcome;
         let motors = self.motors + self.beside.iter().map(|other| other.found.motors).sum::<u64>();
         let mut sure = vec![
-            "The intervals that a calibration states come from the gyroscope's data sheet and the filter's variances, \
-             as they would on a real bench. Whether they hold the truth is known because this is a simulation."
+            "The intervals that a calibration states come from the gyroscope's data sheet, the filter's variances and \
+             the residuals, as they would on a real bench. Whether they hold the truth is known because this is a \
+             simulation."
                 .to_owned(),
         ];
         if self.outcomes.len() < 2 {
@@ -99,6 +100,10 @@ impl Calibrations {
             ),
             covered("95 % intervals of the bias that hold the truth", CalibrationOutcome::covers_bias),
             covered("95 % ellipses of both that hold the truth", CalibrationOutcome::covers_pair),
+            covered(
+                "95 % intervals of the non-linearity that hold the truth",
+                CalibrationOutcome::covers_nonlinearity,
+            ),
             rms("error of the reference", "mdeg rms", |outcome| outcome.reference_rms_mdeg),
         ];
         figures.map(|figure| figure.of_runs(all.iter().map(|outcome| outcome.number))).to_vec()

@@ -15,28 +15,35 @@
 //! costs more than its interval. The turn in that time is lost and taken from the reference instead, whose 5
 //! milli-degrees at either end of the gap are as much as 8 s of random walk. The best rate is 160 deg/s, with five
 //! standard deviations of the ripple up to the range of 400. One step of the staircase is best for the scale factor.
-//! More steps would show whether a gyroscope is linear.
-
-use controller::rate::Profile;
+//! More steps tell the non-linearity of the gyroscope better.
 
 use simulation::math::count::real;
 use simulation::runs::simulate::steps_in;
 use simulation::scene::{Scene, SceneError};
-use simulation::world::instruments::gyroscope;
+use simulation::world::instruments::gyroscope::{self, noise::TimeSpan};
+
+/// A part of a schedule with one rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TurnSegment {
+    /// When it ends, in s since the start; it begins where the one before ends.
+    pub until_s: f64,
+    /// The rate asked for, clockwise positive; 0 is rest.
+    pub rate_deg_s: f64,
+}
 
 /// The schedule of a scene, checked.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TurnSchedule {
     /// Ticks of the loop from one sample of the gyroscope to the next.
     pub ticks_per_sample: u64,
-    /// Samples from one comparison to the next.
+    /// Samples in an interval.
     pub samples_per_interval: usize,
     /// Motor time.
     pub duration_s: f64,
-    /// Rate of the last step clockwise.
+    /// Last rate clockwise.
     pub clockwise_deg_s: f64,
-    /// The profile of the rate for the controller.
-    pub profile: Profile,
+    /// The rates, in order of time; they last for the whole motor time.
+    pub segments: Vec<TurnSegment>,
 }
 
 impl TurnSchedule {
@@ -46,10 +53,9 @@ impl TurnSchedule {
     /// When the rests leave no time for the turns, or the gyroscope's period is no whole number of ticks.
     pub fn of(scene: &Scene) -> Result<Self, SceneError> {
         let ticks_per_sample = gyroscope::ticks_per_sample(scene)?;
-        let steps = u16::try_from(scene.integer("calibrate.steps")).unwrap_or(u16::MAX);
         let (duration_s, rest_s) = (scene.number("calibrate.duration_s"), scene.number("calibrate.rest_s"));
-        let interval_s = scene.number("calibrate.interval_s");
-        let turns = 2.0 * f64::from(steps);
+        let (interval_s, steps) = (scene.number("calibrate.interval_s"), scene.integer("calibrate.steps"));
+        let turns = real(2 * steps);
         let turn_s = (duration_s - (turns + 1.0) * rest_s) / turns;
         if turn_s < 2.0 * interval_s {
             return Err(SceneError::Conflict {
@@ -68,20 +74,67 @@ impl TurnSchedule {
         let samples_per_interval = samples as usize;
         let [clockwise_deg_s, counter_clockwise_deg_s] =
             ["calibrate.clockwise_deg_s", "calibrate.counter_clockwise_deg_s"].map(|key| scene.number(key));
-        #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
-        let profile = Profile::BothWays {
-            clockwise_rad_s: clockwise_deg_s.to_radians() as f32,
-            counter_clockwise_rad_s: -counter_clockwise_deg_s.to_radians() as f32,
-            steps,
-            turn_s: turn_s as f32,
-            rest_s: rest_s as f32,
+        let step = |step: u64| {
+            let part = real(step) / real(steps);
+            [
+                (rest_s, 0.0),
+                (turn_s, part * clockwise_deg_s),
+                (rest_s, 0.0),
+                (turn_s, -part * counter_clockwise_deg_s),
+            ]
         };
-        Ok(Self { ticks_per_sample, samples_per_interval, duration_s, clockwise_deg_s, profile })
+        let mut schedule = Self {
+            ticks_per_sample,
+            samples_per_interval,
+            duration_s,
+            clockwise_deg_s,
+            segments: Vec::new(),
+        };
+        schedule.extend((1..=steps).flat_map(step).chain([(rest_s, 0.0)]));
+        if let Some(last) = schedule.segments.last_mut() {
+            last.until_s = duration_s;
+        }
+        Ok(schedule)
+    }
+
+    /// Adds segments of a length in s and a rate in deg/s each.
+    fn extend(&mut self, segments: impl IntoIterator<Item = (f64, f64)>) {
+        for (length_s, rate_deg_s) in segments {
+            let from_s = self.segments.last().map_or(0.0, |last| last.until_s);
+            self.segments.push(TurnSegment { until_s: from_s + length_s, rate_deg_s });
+        }
     }
 
     /// Ticks of the loop.
     pub fn ticks(&self) -> u64 {
         steps_in(self.duration_s * 1e9, real(controller::TICK_NANOS))
+    }
+
+    /// The rate asked for at a time, in deg/s; 0 after the end.
+    pub fn rate_deg_s(&self, time_s: f64) -> f64 {
+        let under_way = self.segments.iter().find(|segment| time_s < segment.until_s);
+        under_way.map_or(0.0, |segment| segment.rate_deg_s)
+    }
+
+    /// The different rates but 0, in the order in which they come.
+    pub fn drives_deg_s(&self) -> Vec<f64> {
+        let mut drives: Vec<f64> = Vec::new();
+        for TurnSegment { rate_deg_s, .. } in &self.segments {
+            let is_new = drives.iter().all(|drive| drive.total_cmp(rate_deg_s).is_ne());
+            if rate_deg_s.abs() > 0.0 && is_new {
+                drives.push(*rate_deg_s);
+            }
+        }
+        drives
+    }
+
+    /// The drive that turns the rotor in a span, counted from 1 in the order of [`Self::drives_deg_s`]; 0 at rest. Of
+    /// two it is the faster one.
+    pub fn drive_in(&self, span: TimeSpan) -> usize {
+        let rates = [span.from_s, span.until_s - 1e-9].map(|time_s| self.rate_deg_s(time_s));
+        let fastest = if rates[1].abs() > rates[0].abs() { rates[1] } else { rates[0] };
+        let place = self.drives_deg_s().iter().position(|drive| drive.total_cmp(&fastest).is_eq());
+        place.map_or(0, |place| place + 1)
     }
 }
 
@@ -89,25 +142,55 @@ impl TurnSchedule {
 mod tests {
     use super::*;
 
+    fn scene(duration_s: &str) -> Scene {
+        let mut scene = Scene::default();
+        for (key, value) in [("duration_s", duration_s), ("steps", "2"), ("rest_s", "2")] {
+            scene.set(&format!("calibrate.{key}"), value).unwrap();
+        }
+        scene
+    }
+
     /// Rests before each turn and after the last: 30 s with two steps and rests of 2 s are four turns of 5 s and five
     /// rests.
     #[test]
     fn exact_turns_and_rests_fill_the_schedule() {
-        let mut scene = Scene::default();
-        for (key, value) in [("duration_s", "30"), ("steps", "2"), ("rest_s", "2")] {
-            scene.set(&format!("calibrate.{key}"), value).unwrap();
-        }
-        let schedule = TurnSchedule::of(&scene).unwrap();
-        let Profile::BothWays { steps, turn_s, rest_s, .. } = schedule.profile else {
-            panic!("{:?}", schedule.profile)
-        };
-        assert_eq!(steps, 2);
-        assert!((turn_s - 5.0).abs() < 1e-6 && (rest_s - 2.0).abs() < 1e-6, "{turn_s} {rest_s}");
+        let schedule = TurnSchedule::of(&scene("30")).unwrap();
+        let segments: Vec<_> = schedule.segments.iter().map(|s| (s.until_s, s.rate_deg_s)).collect();
+        let expected = [
+            (2.0, 0.0),
+            (7.0, 80.0),
+            (9.0, 0.0),
+            (14.0, -100.0),
+            (16.0, 0.0),
+            (21.0, 160.0),
+            (23.0, 0.0),
+            (28.0, -200.0),
+            (30.0, 0.0),
+        ];
+        assert_eq!(segments, expected);
         assert_eq!(schedule.ticks(), 3_000_000);
         // A turn of two intervals is the shortest.
-        scene.set("calibrate.duration_s", "11.99").unwrap();
-        assert!(TurnSchedule::of(&scene).is_err());
-        scene.set("calibrate.duration_s", "12.01").unwrap();
-        assert!(TurnSchedule::of(&scene).is_ok());
+        assert!(TurnSchedule::of(&scene("11.99")).is_err());
+        assert!(TurnSchedule::of(&scene("12.01")).is_ok());
+    }
+
+    /// Each rate is a drive of its own. An interval in which the rotor starts or coasts down belongs to the turn.
+    #[test]
+    fn exact_drives_by_time() {
+        let schedule = TurnSchedule::of(&scene("30")).unwrap();
+        let drives = schedule.drives_deg_s();
+        assert!(drives.len() == 4 && (drives[2] - 160.0).abs() < 1e-9, "{drives:?}");
+        for (from_s, until_s, drive) in [
+            (0.0, 1.0, 0),
+            (1.5, 2.5, 1),
+            (2.0, 7.0, 1),
+            (7.0, 8.0, 0),
+            (13.5, 14.5, 2),
+            (16.0, 17.0, 3),
+            (27.0, 28.0, 4),
+            (29.0, 30.0, 0),
+        ] {
+            assert_eq!(schedule.drive_in(TimeSpan { from_s, until_s }), drive, "{from_s}");
+        }
     }
 }

@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use super::Calibrations;
-use super::calibration::CalibrationOutcome;
+use super::fit::CAUSES;
+use super::outcome::CalibrationOutcome;
 use simulation::math::count::real;
 use simulation::math::statistics::{binomial_bounds, root_mean_square};
 
@@ -26,8 +27,16 @@ pub struct CalibrationSummary {
     pub scale_factor_coning_rms_ppm: f64,
     /// Root mean square of what the error of the reference makes of it.
     pub scale_factor_reference_ppm: f64,
-    /// Root mean square of what the gyroscope's noise makes of it.
+    /// Root mean square of what the gyroscope's misalignment makes of it.
+    pub scale_factor_misalignment_ppm: f64,
+    /// Root mean square of what its non-linearity makes of it.
+    pub scale_factor_nonlinearity_ppm: f64,
+    /// Root mean square of what its temperature makes of it.
+    pub scale_factor_temperature_ppm: f64,
+    /// Root mean square of what its noise makes of it.
     pub scale_factor_noise_ppm: f64,
+    /// Root mean squares of the standard deviations that the fits state by cause, in the order of the budget's lines.
+    pub scale_factor_budget_ppm: [f64; CAUSES.len()],
     /// Runs whose scale factor is off by more than five of its standard deviations.
     pub scale_factor_beyond_5_sigma: usize,
     /// The largest error of a scale factor in its standard deviations.
@@ -54,6 +63,16 @@ pub struct CalibrationSummary {
     pub bias_over_walk: f64,
     /// Runs whose 95 % interval of the bias holds the truth.
     pub bias_covered: usize,
+    /// Root mean square error of the non-linearity.
+    pub nonlinearity_rms_ppm: f64,
+    /// The same, as the fits state it.
+    pub nonlinearity_stated_ppm: f64,
+    /// Runs whose 95 % interval of the non-linearity holds the truth.
+    pub nonlinearity_covered: usize,
+    /// Of the 95 % intervals of misalignment, two a run, those that hold the truth.
+    pub misalignment_covered: usize,
+    /// Two-sided 95 % bounds of that count.
+    pub misalignment_covered_bounds: (u32, u32),
     /// Runs whose 95 % ellipse of both holds the truth.
     pub pair_covered: usize,
     /// Two-sided 95 % bounds of these counts if each interval holds the truth with a probability of 95 %.
@@ -82,6 +101,7 @@ impl Calibrations {
         let rms = |of: fn(&CalibrationOutcome) -> f64| root_mean_square(all.iter().map(of));
         let worst = |of: fn(&CalibrationOutcome) -> f64| all.iter().map(|o| of(o).abs()).fold(0.0, f64::max);
         let those = |of: fn(&CalibrationOutcome) -> bool| all.iter().filter(|o| of(o)).count();
+        let bounds = |intervals: usize| binomial_bounds(u32::try_from(intervals).unwrap_or(u32::MAX), 0.95);
         let bias_rms_deg_h = rms(|o| o.bias_error_deg_h);
         let part =
             |o: &CalibrationOutcome| real(o.saturated_intervals) / real(o.intervals + o.saturated_intervals);
@@ -94,7 +114,13 @@ impl Calibrations {
             scale_factor_coning_ppm: mean(|o| o.scale_factor_coning_ppm),
             scale_factor_coning_rms_ppm: rms(|o| o.scale_factor_coning_ppm),
             scale_factor_reference_ppm: rms(|o| o.scale_factor_reference_ppm),
+            scale_factor_misalignment_ppm: rms(|o| o.scale_factor_misalignment_ppm),
+            scale_factor_nonlinearity_ppm: rms(|o| o.scale_factor_nonlinearity_ppm),
+            scale_factor_temperature_ppm: rms(|o| o.scale_factor_temperature_ppm),
             scale_factor_noise_ppm: rms(|o| o.scale_factor_noise_ppm),
+            scale_factor_budget_ppm: std::array::from_fn(|cause| {
+                root_mean_square(all.iter().map(|outcome| outcome.stated_ppm()[cause]))
+            }),
             scale_factor_beyond_5_sigma: those(|o| o.scale_factor_sigmas() > 5.0),
             scale_factor_worst_sigmas: worst(CalibrationOutcome::scale_factor_sigmas),
             scale_factor_walk_ppm: rms(|o| o.walk_scale_factor_sigma_ppm),
@@ -108,8 +134,13 @@ impl Calibrations {
             bias_noise_deg_h: rms(|o| o.bias_noise_deg_h),
             bias_over_walk: bias_rms_deg_h / mean(|o| o.walk_bias_sigma_deg_h),
             bias_covered: those(CalibrationOutcome::covers_bias),
+            nonlinearity_rms_ppm: rms(|o| o.nonlinearity_error_ppm),
+            nonlinearity_stated_ppm: rms(|o| o.nonlinearity_sigma_ppm),
+            nonlinearity_covered: those(CalibrationOutcome::covers_nonlinearity),
+            misalignment_covered: all.iter().map(CalibrationOutcome::misalignments_covered).sum(),
+            misalignment_covered_bounds: bounds(2 * all.len()),
             pair_covered: those(CalibrationOutcome::covers_pair),
-            covered_bounds: binomial_bounds(u32::try_from(all.len()).unwrap_or(u32::MAX), 0.95),
+            covered_bounds: bounds(all.len()),
             reference_factor: mean(|o| o.reference_factor),
             saturated: all.iter().map(part).sum::<f64>() / count,
             reference_rms_mdeg: rms(|o| o.reference_rms_mdeg),

@@ -2,18 +2,18 @@
 
 use serde_json::json;
 
-use super::{CalibrationOutcome, CalibrationSummary, Calibrations};
+use super::{CalibrationOutcome, CalibrationSummary, Calibrations, budget};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
 use crate::studies::beside::FIRST;
 use simulation::math::statistics::NORMAL_95;
 
-const ABOUT: &str = "Errors are those found less the gyroscope's true ones. sigma: the standard deviation \
-    that the fit states, from the gyroscope's random walk and instability, the reference's variances and the \
-    correlation of scale factor and bias; 95 %: 1.96 of it to either side. The error has three \
-    parts: coning (the gyroscope turns about the rotor's own axis, the reference is the angle seen from above), the \
-    error of the reference, and the gyroscope's noise. The fit knows nothing of coning.";
+const ABOUT: &str = "Errors are those found less the gyroscope's true ones at the middle of the plan, simulated. \
+    sigma: the standard deviation that the fit states without the truth; 95 %: 1.96 of it to either side. Parts of the \
+    error: coning (the gyroscope turns about the rotor's own axis, the reference is the angle seen from above), the \
+    error of the reference, and the gyroscope's noise; the budget has the others. The strength of coning is found from \
+    the residuals.";
 
 impl CalibrationOutcome {
     fn table(&self) -> Table {
@@ -57,7 +57,35 @@ impl CalibrationOutcome {
             cells.extend(parts.map(|part| format!("{part:+.2}")));
             table.push(cells);
         }
+        self.push_others(&mut table);
         table
+    }
+
+    /// Non-linearity and misalignment, whose parts are not told apart.
+    fn push_others(&self, table: &mut Table) {
+        let misalignment = |name, error| (name, 0.0, error, self.misalignment_sigma_mrad);
+        let others = [
+            (
+                "non-linearity, ppm",
+                self.nonlinearity_ppm,
+                self.nonlinearity_error_ppm,
+                self.nonlinearity_sigma_ppm,
+            ),
+            misalignment("misalignment, mrad", self.misalignment_first_error_mrad),
+            misalignment("misalignment across, mrad", self.misalignment_second_error_mrad),
+        ];
+        for (name, found, error, sigma) in others {
+            let mut cells = vec![
+                name.to_owned(),
+                format!("{found:+.2}"),
+                format!("+-{:.2}", NORMAL_95 * sigma),
+                format!("{:+.2}", found - error),
+                format!("{error:+.2}"),
+                format!("{sigma:.2}"),
+            ];
+            cells.extend([const { String::new() }; 3]);
+            table.push(cells);
+        }
     }
 
     fn remarks(&self) -> String {
@@ -66,7 +94,9 @@ impl CalibrationOutcome {
              saturated in them. The filter's variances of the reference were raised by {:.2} to match the residuals; \
              correlation of scale factor and bias {:+.2}. The gyroscope's random walk alone allows, one sigma, {:.2} \
              ppm of any scale factor at these rates and {:.2} deg/h of any bias in this time. The reference was off by \
-             {:.1} milli-degrees rms.",
+             {:.1} milli-degrees rms; of the camera's errors that turn with the angle the fit found {:.2} \
+             milli-degrees once and {:.2} twice a turn, each +-{:.2}. The misalignment is told by no turn of this \
+             rotor: its interval is that of the data sheet.",
             self.motor_time_s,
             self.seed,
             self.serial,
@@ -76,7 +106,10 @@ impl CalibrationOutcome {
             self.correlation,
             self.walk_scale_factor_sigma_ppm,
             self.walk_bias_sigma_deg_h,
-            self.reference_rms_mdeg
+            self.reference_rms_mdeg,
+            self.camera_once_mdeg,
+            self.camera_twice_mdeg,
+            NORMAL_95 * self.camera_sigma_mdeg
         )
     }
 }
@@ -116,6 +149,17 @@ impl CalibrationSummary {
         row("bias, deg/h", bias, parts, self.bias_covered);
         let empty = [const { String::new() }; 6];
         table.push([vec!["both".to_owned()], empty.to_vec(), vec![of(self.pair_covered)]].concat());
+        let mut other = |name: &str, errors: [String; 2], covered: String| {
+            let empty = [const { String::new() }; 4];
+            table.push([vec![name.to_owned()], errors.to_vec(), empty.to_vec(), vec![covered]].concat());
+        };
+        let errors = [self.nonlinearity_rms_ppm, self.nonlinearity_stated_ppm];
+        other("non-linearity, ppm", errors.map(|error| format!("{error:.2}")), of(self.nonlinearity_covered));
+        other(
+            "misalignment",
+            [const { String::new() }; 2],
+            format!("{} of {}", self.misalignment_covered, 2 * self.runs),
+        );
         table
     }
 
@@ -149,6 +193,9 @@ impl Calibrations {
             Block::Heading("Calibration of a gyroscope".to_owned()),
             Block::Table(first.table()),
             Block::Paragraph(ABOUT.to_owned()),
+            Block::Heading("Budget of the scale factor".to_owned()),
+            Block::Table(self.budget_table()),
+            Block::Paragraph(budget::ABOUT.to_owned()),
             Block::Paragraph(format!(
                 "{} The reference is the angle of the filter {}.",
                 first.remarks(),
@@ -182,6 +229,8 @@ impl Calibrations {
             ("bias_walk_deg_h", format!("{:.2}", first.walk_bias_sigma_deg_h)),
             ("clockwise_deg_s", format!("{:.0}", self.schedule.clockwise_deg_s)),
             ("table_calibration", summary.table().markdown()),
+            ("table_budget", self.budget_table().markdown()),
+            ("about_budget", budget::ABOUT.to_owned()),
             ("remarks", summary.remarks(first.motor_time_s)),
             ("tilting_rms_ppm", self.tilting_range_ppm()),
         ];

@@ -1,17 +1,18 @@
 //! The motor's run of a calibration: the true angle of the rotor, and the angle that the estimator gives.
 
-use std::ops::ControlFlow;
 use std::time::Instant;
 
-use controller::rate::{RateHold, RateTuning};
+use controller::rate::{Profile, RateHold, RateTuning};
 use estimator::{AngleFilter as _, Estimate, Health};
 use motor_model::{Angle, Time};
 
-use super::schedule::TurnSchedule;
+use super::schedule::{TurnSchedule, TurnSegment};
+use simulation::math::count::real;
 use simulation::math::statistics::root_mean_square;
 use simulation::runs::RunError;
-use simulation::runs::closed_loop;
+use simulation::runs::closed_loop::{self, ClosedRateLoop, RateMoment};
 use simulation::runs::filter::SMOOTHER_LAG_MS;
+use simulation::runs::simulate::steps_in;
 use simulation::runs::stated_errors::{StatedErrorCounts, StatedErrors};
 use simulation::scene::Scene;
 use simulation::world::body_turn::{BodyTurn, turn_across};
@@ -46,8 +47,103 @@ pub struct TurningRun {
     pub across_deg: Vec<[f64; 2]>,
     /// The anchors, in order of time.
     pub anchors: Vec<Anchor>,
-    /// Time that this machine took for a second of motor time.
+    /// Time that this machine took for a second of motor time, in the segment in which it took least.
     pub time_s_per_s: f64,
+}
+
+/// A motor that is led through a schedule, segment by segment.
+pub struct TurningMotor {
+    /// What was recorded until now.
+    pub turning: TurningRun,
+    closed_loop: ClosedRateLoop,
+    across: AcrossSum,
+    /// The last anchor, while the frames that smooth it are still to come.
+    waiting: Option<(Time, usize)>,
+    ticks: u64,
+    ticks_per_sample: u64,
+    samples_per_interval: usize,
+}
+
+impl TurningMotor {
+    /// The motor of `scene`, at rest.
+    ///
+    /// # Errors
+    /// When the scene is refused.
+    pub fn new(scene: &Scene, schedule: &TurnSchedule) -> Result<Self, RunError> {
+        let closed_loop = closed_loop::rate(scene, hold(0.0, Time::ZERO))?;
+        let turning = TurningRun {
+            seed: scene.seed(),
+            truth: vec![closed_loop.plant().rotor().angle],
+            sensed: vec![closed_loop.plant().own_axis_angle()],
+            across_deg: vec![[0.0; 2]],
+            anchors: Vec::new(),
+            time_s_per_s: f64::INFINITY,
+        };
+        Ok(Self {
+            turning,
+            across: AcrossSum::new(closed_loop.plant()),
+            closed_loop,
+            waiting: None,
+            ticks: 0,
+            ticks_per_sample: schedule.ticks_per_sample,
+            samples_per_interval: schedule.samples_per_interval,
+        })
+    }
+
+    /// Turns at the rate of a segment until its end.
+    pub fn turn(&mut self, segment: &TurnSegment) {
+        let (begun, first_tick) = (Instant::now(), self.ticks);
+        let end = steps_in(segment.until_s * 1e9, real(controller::TICK_NANOS));
+        let now = self.closed_loop.plant().now();
+        self.closed_loop.program_mut().follow(hold(segment.rate_deg_s, now));
+        while self.ticks < end {
+            let moment = self.closed_loop.next_tick();
+            self.ticks += 1;
+            self.record(&moment);
+        }
+        let turned_s = 1e-9 * real((self.ticks - first_tick) * controller::TICK_NANOS);
+        if turned_s > 0.0 {
+            self.turning.time_s_per_s =
+                self.turning.time_s_per_s.min(begun.elapsed().as_secs_f64() / turned_s);
+        }
+    }
+
+    fn record(&mut self, moment: &RateMoment) {
+        let now = moment.at;
+        self.across.add(moment.tilt, moment.angle);
+        if let Some((at, anchor)) = self.waiting
+            && now.nanos_since(at) >= SMOOTHER_LAG_MS * 1_000_000
+        {
+            if let Some(smoothed) = self.closed_loop.program().filter().smoothed(at) {
+                self.turning.set_anchor(anchor, &smoothed);
+            }
+            self.waiting = None;
+        }
+        if !self.ticks.is_multiple_of(self.ticks_per_sample) {
+            return;
+        }
+        let turning = &mut self.turning;
+        turning.truth.push(moment.angle);
+        turning.sensed.push(moment.own_axis_angle);
+        turning.across_deg.push(self.across.sum_rad.map(f64::to_degrees));
+        let sample = turning.truth.len() - 1;
+        let report = &moment.report;
+        let usable = report.estimate.filter(|_| !matches!(report.health, Health::Unusable(_)));
+        if let (Some(estimate), true) = (usable, sample.is_multiple_of(self.samples_per_interval)) {
+            let place = turning.anchors.len();
+            self.waiting = Some((now, place));
+            let (angle, health) = (Angle::ZERO, report.health);
+            turning.anchors.push(Anchor { sample, angle, variance_deg2: 0.0, error_mdeg: 0.0, health });
+            turning.set_anchor(place, &estimate);
+        }
+    }
+}
+
+/// A rate that is held from `now` on.
+fn hold(rate_deg_s: f64, now: Time) -> RateHold {
+    #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
+    let profile = Profile::Dwell { rate_rad_s: rate_deg_s.to_radians() as f32 };
+    RateHold::new(profile, RateTuning::steady(), now)
 }
 
 /// The sum of the rotor's turns about the two axes across its own, tick by tick.
@@ -80,57 +176,11 @@ impl TurningRun {
     /// # Errors
     /// When the scene is refused.
     pub fn run(scene: &Scene, schedule: &TurnSchedule) -> Result<Self, RunError> {
-        let hold = RateHold::new(schedule.profile, RateTuning::steady(), Time::ZERO);
-        let mut closed_loop = closed_loop::rate(scene, hold)?;
-        let mut turning = Self {
-            seed: scene.seed(),
-            truth: vec![closed_loop.plant().rotor().angle],
-            sensed: vec![closed_loop.plant().own_axis_angle()],
-            across_deg: vec![[0.0; 2]],
-            anchors: Vec::new(),
-            time_s_per_s: 0.0,
-        };
-        let begun = Instant::now();
-        let mut across = AcrossSum::new(closed_loop.plant());
-        let mut waiting: Option<(Time, usize)> = None;
-        let mut ticks = 0;
-        closed_loop.run(|closed_loop, moment| {
-            ticks += 1;
-            let now = moment.at;
-            across.add(moment.tilt, moment.angle);
-            if let Some((at, anchor)) = waiting
-                && now.nanos_since(at) >= SMOOTHER_LAG_MS * 1_000_000
-            {
-                if let Some(smoothed) = closed_loop.program().filter().smoothed(at) {
-                    turning.set_anchor(anchor, &smoothed);
-                }
-                waiting = None;
-            }
-            if ticks % schedule.ticks_per_sample == 0 {
-                turning.truth.push(moment.angle);
-                turning.sensed.push(moment.own_axis_angle);
-                turning.across_deg.push(across.sum_rad.map(f64::to_degrees));
-                let sample = turning.truth.len() - 1;
-                let report = &moment.report;
-                let usable = report.estimate.filter(|_| !matches!(report.health, Health::Unusable(_)));
-                if let (Some(estimate), true) = (usable, sample.is_multiple_of(schedule.samples_per_interval))
-                {
-                    waiting = Some((now, turning.anchors.len()));
-                    let (angle, health) = (Angle::ZERO, report.health);
-                    turning.anchors.push(Anchor {
-                        sample,
-                        angle,
-                        variance_deg2: 0.0,
-                        error_mdeg: 0.0,
-                        health,
-                    });
-                    turning.set_anchor(turning.anchors.len() - 1, &estimate);
-                }
-            }
-            if ticks < schedule.ticks() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        });
-        turning.time_s_per_s = begun.elapsed().as_secs_f64() / schedule.duration_s;
-        Ok(turning)
+        let mut motor = TurningMotor::new(scene, schedule)?;
+        for segment in &schedule.segments {
+            motor.turn(segment);
+        }
+        Ok(motor.turning)
     }
 
     /// The turns of the rotor from sample to sample of a gyroscope.

@@ -41,4 +41,11 @@ pub const SETTINGS: &[Setting] = &[
         kind: Kind::Number { default: 0.25, min: 0.01, max: 10.0 },
         meaning: "gyroscope and reference are compared once in this time, rounded to samples",
     },
+    Setting {
+        key: "calibrate.camera_angle_mdeg",
+        unit: "mdeg",
+        kind: Kind::Number { default: 10.0, min: 0.0, max: 10_000.0 },
+        meaning: "standard deviation of what the camera's angle is off by, once and twice round with the angle (a \
+                  lens's distortion, a mark's position); the fit finds these errors",
+    },
 ];

@@ -111,11 +111,21 @@ impl GyroscopeErrors {
     /// What a sample of `period_s` shows in degrees without noise, when the rotor turned by `turn` about `middle_s`. At
     /// the end of the range a sample shows `limit_deg`.
     pub(super) fn shown_deg(&self, turn: &BodyTurn, middle_s: f64, period_s: f64, limit_deg: f64) -> f64 {
-        let [one, other] = [0, 1].map(|axis| self.misalignment_rad[axis] * turn.across_deg[axis]);
-        let turned_deg = turn.own_axis_deg + one + other;
-        let part = turned_deg / limit_deg;
+        let turned_deg = turn.own_axis_deg + self.misaligned_deg(turn);
         (1.0 + self.scale_at(middle_s)) * turned_deg
-            + self.nonlinearity * limit_deg * part * part * part
+            + self.nonlinear_deg(turned_deg, limit_deg)
             + self.bias_deg_s_at(middle_s) * period_s
+    }
+
+    /// What misalignment shows of a turn, in degrees.
+    pub fn misaligned_deg(&self, turn: &BodyTurn) -> f64 {
+        let [one, other] = [0, 1].map(|axis| self.misalignment_rad[axis] * turn.across_deg[axis]);
+        one + other
+    }
+
+    /// What non-linearity adds to a sample that turned by `turned_deg`, in degrees.
+    pub fn nonlinear_deg(&self, turned_deg: f64, limit_deg: f64) -> f64 {
+        let part = turned_deg / limit_deg;
+        self.nonlinearity * limit_deg * part * part * part
     }
 }

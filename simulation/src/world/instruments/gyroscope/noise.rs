@@ -70,7 +70,7 @@ impl GyroscopeNoise {
     }
 
     /// Variance of the rate's white noise per bandwidth: deg^2 per s, rounding included.
-    fn white_deg2_s(&self) -> f64 {
+    pub fn white_deg2_s(&self) -> f64 {
         self.walk_deg_rs * self.walk_deg_rs
             + self.resolution_deg * self.resolution_deg / (12.0 * self.period_s)
     }
