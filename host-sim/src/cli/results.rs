@@ -276,6 +276,9 @@ impl Effort {
 /// Motors that the gyroscopes are spread over: they do not act back on the rotor.
 const GYROSCOPE_MOTORS: u64 = 10;
 
+/// How gyroscopes are calibrated on rotors that tilt: a pilot, and time for a scale factor as good as on a level one.
+const TILTING_CALIBRATION: [(&str, &str); 2] = [("calibrate.pilot_s", "10"), ("calibrate.duration_s", "480")];
+
 fn filter_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
     let errors = filter_errors::FilterErrorsPlan::new(scene, effort.error_motors)?.run(&|_| ())?;
     let mut beside = vec![tilting::with_one_mark(scene)?];
@@ -325,7 +328,13 @@ fn calibration_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>,
         gyroscope_calibration::CalibrationPlan::new(scene, runs, motors)?.run(&|| ())
     };
     let mut calibrations = of(scene, effort.calibrations, GYROSCOPE_MOTORS)?;
-    let tilting = tilting::of_many_motors(scene, effort.tilting_scenes)?;
+    let mut tilting_scene = scene.clone();
+    if effort.time_s.is_none() {
+        for (key, value) in TILTING_CALIBRATION {
+            tilting_scene.set(key, value)?;
+        }
+    }
+    let tilting = tilting::of_many_motors(&tilting_scene, effort.tilting_scenes)?;
     calibrations.beside = BesideScene::run_each(&tilting, |scene| {
         of(scene, effort.tilting_calibrations, effort.tilting_gyroscope_motors)
     })?;

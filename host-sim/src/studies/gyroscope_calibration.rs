@@ -5,6 +5,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | `schedule` | the schedule: rests, and turns to either side at a staircase of rates |
+//! | `plan` | a pilot, and the schedule that it leads to |
 //! | `turning` | the run of the motor under the rate controller; the reference is the angle of its estimator |
 //! | [`simulation::world::instruments::gyroscope`] | samples of the rotor's true turn about its own axis |
 //! | `fit` | generalised least squares: scale factor, bias and what else is unknown, with their covariance |
@@ -32,6 +33,7 @@ mod fit;
 mod outcome;
 mod parts;
 mod picture;
+mod plan;
 mod report;
 mod schedule;
 mod summary;
@@ -44,8 +46,8 @@ use crate::studies::beside::Beside;
 use crate::studies::shard::{Shard, run_each};
 use calibration::Bench;
 pub use calibration::Calibration;
-use fit::Unknowns;
 pub use outcome::CalibrationOutcome;
+pub use plan::TurnPlan;
 pub use schedule::TurnSchedule;
 use simulation::math::allan_deviation;
 use simulation::math::count::real;
@@ -53,8 +55,8 @@ use simulation::runs::RunError;
 use simulation::runs::filter;
 use simulation::scene::{Scene, SceneError};
 use simulation::world::body_turn::BodyTurn;
+use simulation::world::instruments::gyroscope::Gyroscope;
 use simulation::world::instruments::gyroscope::noise::SECONDS_PER_HOUR;
-use simulation::world::instruments::gyroscope::{Gyroscope, GyroscopeErrors};
 pub use summary::CalibrationSummary;
 use turning::TurningRun;
 
@@ -79,6 +81,8 @@ pub struct Calibrations {
     pub first: Calibration,
     /// Allan deviation of the first gyroscope, an hour at rest: span in s, deg/h of the samples, deg/h of the model.
     pub allan_deg_h: Vec<(f64, f64, f64)>,
+    /// The plan that the pilot of the first motor led to, if the scene asks for one.
+    pub turn_plan: Option<TurnPlan>,
     /// All outcomes, that of the first included.
     pub outcomes: Vec<CalibrationOutcome>,
     /// Motors that they are spread over.
@@ -125,12 +129,16 @@ impl CalibrationPlan {
         let first_motor = numbers.first().copied();
         let motor = |number: u64| {
             let mut scene = self.scene.of_run(number)?;
-            let turning = TurningRun::run(&scene, &self.schedule)?;
+            let (turning, schedule, turn_plan) = TurnPlan::turn(&scene, &self.schedule)?;
             let runs = (number..self.runs).step_by(usize::try_from(self.motors).unwrap_or(usize::MAX));
-            let calibrations = runs.map(|run| self.calibrate(&mut scene, run, &turning));
+            let calibrations = runs.map(|run| self.calibrate(&mut scene, run, (&turning, &schedule)));
             let mut calibrations = calibrations.collect::<Result<Vec<_>, RunError>>()?;
             let outcomes: Vec<CalibrationOutcome> = calibrations.iter().map(|c| c.outcome.clone()).collect();
-            let first = (first_motor == Some(number)).then(|| calibrations.swap_remove(0));
+            let first = (first_motor == Some(number)).then(|| FirstCalibration {
+                calibration: calibrations.swap_remove(0),
+                schedule,
+                turn_plan,
+            });
             Ok::<_, RunError>((outcomes, first, turning.time_s_per_s))
         };
         let mut of_motors = run_each(numbers, motor, progress)?;
@@ -152,9 +160,10 @@ impl CalibrationPlan {
     pub fn merged(scene: &Scene, outcomes: Vec<CalibrationOutcome>) -> Result<Calibrations, RunError> {
         let seeds: BTreeSet<u64> = outcomes.iter().map(|outcome| outcome.seed).collect();
         let plan = Self::new(scene, outcomes.len() as u64, seeds.len() as u64)?;
-        let turning = TurningRun::run(scene, &plan.schedule)?;
-        let first = plan.calibrate(&mut scene.clone(), 0, &turning)?;
-        if outcomes.first() != Some(&first.outcome) {
+        let (turning, schedule, turn_plan) = TurnPlan::turn(scene, &plan.schedule)?;
+        let calibration = plan.calibrate(&mut scene.clone(), 0, (&turning, &schedule))?;
+        let first = FirstCalibration { calibration, schedule, turn_plan };
+        if outcomes.first() != Some(&first.calibration.outcome) {
             return Err(SceneError::Conflict {
                 conflict: "the parts do not begin with the first calibration of this scene".to_owned(),
                 hint: "give all parts, and the scene and the seed with which they were made".to_owned(),
@@ -165,14 +174,16 @@ impl CalibrationPlan {
     }
 
     /// The calibrations with `outcomes`, and what the scene says of them.
-    fn of(&self, first: Calibration, outcomes: Vec<CalibrationOutcome>) -> Calibrations {
+    fn of(&self, first: FirstCalibration, outcomes: Vec<CalibrationOutcome>) -> Calibrations {
+        let FirstCalibration { calibration, schedule, turn_plan } = first;
         Calibrations {
-            first,
+            first: calibration,
+            turn_plan,
             allan_deg_h: at_rest(&self.scene),
             outcomes,
             motors: self.motors,
             filter: filter::chosen(&self.scene),
-            schedule: self.schedule.clone(),
+            schedule,
             // Parts are of other machines, whose time says nothing of this one.
             time_s_per_s: f64::NAN,
             beside: Vec::new(),
@@ -180,18 +191,25 @@ impl CalibrationPlan {
     }
 
     /// The calibration of the gyroscope of `run` on its motor.
-    fn calibrate(&self, scene: &mut Scene, run: u64, turning: &TurningRun) -> Result<Calibration, RunError> {
+    fn calibrate(
+        &self,
+        scene: &mut Scene,
+        run: u64,
+        (turning, schedule): (&TurningRun, &TurnSchedule),
+    ) -> Result<Calibration, RunError> {
         let serial = self.scene.integer("gyroscope.serial") + run / self.motors;
         scene.set("gyroscope.serial", &serial.to_string())?;
         let mut gyroscope = Gyroscope::new(scene);
-        let bench = Bench {
-            schedule: &self.schedule,
-            turning,
-            unknowns: Unknowns::of(scene, self.schedule.duration_s),
-            misalignment_rad: GyroscopeErrors::sizes(scene).misalignment_rad[0],
-        };
+        let bench = Bench::new(scene, schedule, turning);
         Calibration::of(&mut gyroscope, (run, serial), &bench).ok_or_else(not_told_apart)
     }
+}
+
+/// The first calibration, with what its motor did.
+struct FirstCalibration {
+    calibration: Calibration,
+    schedule: TurnSchedule,
+    turn_plan: Option<TurnPlan>,
 }
 
 fn not_told_apart() -> RunError {

@@ -31,13 +31,13 @@ fn sixty() -> &'static (TempDir, Value) {
 }
 
 /// Errors are those of the truth, and as large as the fit says. In 6 s random walk allows 3.7 deg/h of bias, and about
-/// 2.5e-3 / sqrt(2.25 (160^2 + 88^2) - (2.25 (160 - 88))^2 / 6) of the scale factor: 9.4 ppm.
+/// 2.5e-3 / sqrt(2.25 (120^2 + 88^2) - (2.25 (120 - 88))^2 / 6) of the scale factor: 11.3 ppm.
 #[test]
 fn tool_errors_are_as_large_as_stated() {
     let (_, object) = sixty();
     let all = &object["over_runs"];
     assert_between(number(all, "runs"), 60.0, 60.0, all);
-    assert_between(number(all, "scale_factor_walk_ppm"), 8.0, 12.0, all);
+    assert_between(number(all, "scale_factor_walk_ppm"), 9.6, 14.4, all);
     let over_walk = number(all, "scale_factor_stated_ppm") / number(all, "scale_factor_walk_ppm");
     assert_between(over_walk, 1.0, 1.5, all);
     assert_between(number(all, "bias_stated_deg_h"), 3.5, 5.0, all);
@@ -60,9 +60,10 @@ fn tool_errors_are_as_large_as_stated() {
 /// The plan as it stands, a minute long: whatever the motor, 95 % of the scale factors are within 10 ppm, which is what
 /// a user needs. Without non-linearity the scale factor is known nearly as well as the gyroscope's random walk allows.
 ///
-/// Non-linearity of 25 ppm of 400 deg/s adds 25 (r / 400)^2 ppm at the rate r, by a ripple of a third of the rate 1.33
-/// of that: 5.3 ppm at 160 deg/s, and 1.2 at 88 the other way. If nothing tells it, the line through both has a slope
-/// of 3.9 ppm, and at rate 0 it is off by 0.00024 deg/s or 0.9 deg/h.
+/// Non-linearity of 25 ppm of 400 deg/s adds 25 (r / 400)^2 (1 + 3 p^2 + p^3) ppm at the rate r with a ripple p of it
+/// whose skewness is 1. With p = 0.6 at 120 deg/s that is 5.2 ppm, and at 88 the other way, with little ripple, 1.2.
+/// If nothing tells it, the line through both has a slope of 3.5 ppm, and at rate 0 it is off by 0.0002 deg/s or 0.7
+/// deg/h.
 #[test]
 fn tool_a_minute_tells_the_scale_factor_to_ten_ppm() {
     let folder = folder();
@@ -82,12 +83,12 @@ fn tool_a_minute_tells_the_scale_factor_to_ten_ppm() {
         let sigma_ppm = row["scale_factor_sigma_ppm"];
         assert_between(sigma_ppm, 2.0, 10.0 / 1.96, format!("{row:?}"));
         let nonlinear_ppm = row["stated_nonlinearity_ppm"];
-        assert_between(nonlinear_ppm, 0.5, 3.9 * 1.1, format!("{row:?}"));
+        assert_between(nonlinear_ppm, 0.5, 3.5 * 1.2, format!("{row:?}"));
         let else_ppm = math::sqrt(sigma_ppm * sigma_ppm - nonlinear_ppm * nonlinear_ppm);
         assert_between(else_ppm / row["walk_scale_factor_sigma_ppm"], 1.0, 1.25, format!("{row:?}"));
         let bias_deg_h = row["bias_sigma_deg_h"];
         let walk_deg_h = row["walk_bias_sigma_deg_h"];
-        let most_deg_h = (1.5 * walk_deg_h).hypot(0.9);
+        let most_deg_h = (1.5 * walk_deg_h).hypot(0.7);
         assert_between(bias_deg_h, walk_deg_h, most_deg_h, format!("{row:?}"));
         assert_between(row["scale_factor_error_ppm"] / sigma_ppm, -4.0, 4.0, format!("{row:?}"));
     }
@@ -143,6 +144,38 @@ fn law_a_gyroscope_with_less_noise_is_calibrated_better() {
     assert!(quiet.bias_sigma_deg_h < 0.3 * noisy.bias_sigma_deg_h, "{quiet:?}");
     assert!(quiet.scale_factor_sigma_ppm < 0.5 * noisy.scale_factor_sigma_ppm, "{quiet:?}");
     assert_between(quiet.pair_distance_square, 0.0, 20.0, "in standard deviations of the reference alone");
+}
+
+/// On six motors that tilt, after a pilot: the errors are as large as stated, by coning most of all. The mean of six
+/// squares of standard normals lies within 0.05 and 3.9 but once in 1,000 sets on either side; more gyroscopes on a
+/// motor share its coning. The budget's parts are the whole.
+#[test]
+fn law_errors_on_a_rotor_that_tilts_are_as_large_as_stated() {
+    let folder = folder();
+    let plan = ["calibrate", "--runs", "6", "--motors", "6", "--seed", "11", "--duration", "14"];
+    let sets = ["calibrate.pilot_s=5", "plant.step_s=5e-6"].iter().flat_map(|set| ["--set", set]);
+    let more = ["--scene", "set_f_plant", "--format", "json"];
+    let arguments: Vec<&str> = plan.into_iter().chain(sets).chain(more).collect();
+    let object = json_on_two(folder.path(), &arguments);
+    let rows = written(folder.path(), "out/calibrate/runs.csv");
+    let header: Vec<&str> = rows.lines().next().expect("a header").split(',').collect();
+    let column = |name: &str| header.iter().position(|of| *of == name).expect("a column");
+    let mut squares = 0.0;
+    for line in rows.lines().skip(1) {
+        let fields: Vec<f64> = line.split(',').map(|field| field.parse().expect("a number")).collect();
+        let sigma_ppm = fields[column("scale_factor_sigma_ppm")];
+        let sigmas = fields[column("scale_factor_error_ppm")] / sigma_ppm;
+        squares += sigmas * sigmas;
+        let causes = ["random_walk", "drift", "reference", "coning", "nonlinearity", "temperature", "camera"];
+        let parts = causes.map(|cause| fields[column(&format!("stated_{cause}_ppm"))]);
+        let whole_ppm = parts.into_iter().fold(0.0, f64::hypot);
+        assert_between(whole_ppm / sigma_ppm, 1.0 - 1e-6, 1.0 + 1e-6, line);
+        assert_between(fields[column("stated_coning_ppm")] / sigma_ppm, 0.3, 1.0, line);
+    }
+    assert_between(squares / 6.0, 0.05, 3.9, &rows);
+    let plan = &object["turn_plan"];
+    assert_between(number(plan, "predicted_ppm"), 5.0, 200.0, plan);
+    assert_between(number(plan, "needed_s"), 14.0, 1e5, plan);
 }
 
 #[test]

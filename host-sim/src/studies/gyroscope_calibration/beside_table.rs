@@ -1,13 +1,14 @@
 //! Calibrations on several scenes side by side: errors and their parts, intervals that miss, and what a run costs.
 
-use super::{CalibrationSummary, Calibrations};
+use super::Calibrations;
 use crate::report::table::Table;
 use crate::studies::beside::{SideBySide, side_by_side, worst_of};
 
 /// What the figures of the table mean.
 const ABOUT: &str = "Error of the scale factor, root mean square, beside the standard deviation that the fit states; \
     its parts by cause, each root mean square, of coning the mean too. Missed: calibrations whose 95 % interval of the \
-    scale factor does not hold the truth; beyond 5 sigma: whose error exceeds five stated standard deviations, and the \
+    scale factor does not hold the truth; needed: motor time after which, by the pilot of the first motor, 95 % of its \
+    scale factors would be within 10 ppm; beyond 5 sigma: whose error exceeds five stated standard deviations, and the \
     largest error in these. Reference: error of the filter's angle, root mean square; beyond 3 sigma: share of the \
     angles used that are off by more than three standard deviations that the filter states; good, beyond 5 sigma: \
     calibrations with an angle that is called good and is off by more than five, and the largest error of these. Time: \
@@ -27,6 +28,8 @@ impl Calibrations {
             "reference",
             "gyroscope",
             "missed",
+            "within 10 ppm",
+            "needed s",
             "beyond 5 sigma",
             "worst, sigmas",
             "bias deg/h",
@@ -38,13 +41,15 @@ impl Calibrations {
             "time s/s",
         ]);
         for (name, calibrations) in side_by_side(first, self, &self.beside) {
-            table.push(cells(name, &calibrations.summary(), calibrations.time_s_per_s));
+            table.push(cells(name, calibrations));
         }
         SideBySide { tables: table.cut(1, &["missed", "reference mdeg"]), about: ABOUT.to_owned() }
     }
 }
 
-fn cells(scene: &str, summary: &CalibrationSummary, time_s_per_s: f64) -> Vec<String> {
+fn cells(scene: &str, calibrations: &Calibrations) -> Vec<String> {
+    let (summary, time_s_per_s) = (calibrations.summary(), calibrations.time_s_per_s);
+    let needed_s = calibrations.turn_plan.and_then(|plan| plan.needed_s);
     let good_beyond_5_sigma = summary.reference_good_beyond_5_sigma;
     let worst_mdeg = || format!("{:.1}", summary.reference_good_beyond_5_sigma_worst_mdeg);
     vec![
@@ -58,6 +63,8 @@ fn cells(scene: &str, summary: &CalibrationSummary, time_s_per_s: f64) -> Vec<St
         format!("{:.2}", summary.scale_factor_reference_ppm),
         format!("{:.2}", summary.scale_factor_noise_ppm),
         (summary.runs - summary.scale_factor_covered).to_string(),
+        summary.scale_factor_within_10_ppm.to_string(),
+        needed_s.map_or_else(|| "-".to_owned(), |needed_s| format!("{needed_s:.0}")),
         summary.scale_factor_beyond_5_sigma.to_string(),
         format!("{:.1}", summary.scale_factor_worst_sigmas),
         format!("{:.2}", summary.bias_rms_deg_h),

@@ -9,8 +9,11 @@ use super::schedule::TurnSchedule;
 use super::turning::{Anchor, TurningRun};
 use simulation::math::count::real;
 use simulation::math::statistics::root_mean_square;
+use simulation::scene::Scene;
 use simulation::world::instruments::gyroscope::noise::{SECONDS_PER_HOUR, TimeSpan};
-use simulation::world::instruments::gyroscope::{Gyroscope, GyroscopeNoise, GyroscopeSample};
+use simulation::world::instruments::gyroscope::{
+    Gyroscope, GyroscopeErrors, GyroscopeNoise, GyroscopeSample,
+};
 
 /// A calibration with its intervals and its fit.
 #[derive(Clone, Debug)]
@@ -33,6 +36,18 @@ pub(super) struct Bench<'a> {
     pub unknowns: Unknowns,
     /// Standard deviation of the misalignment along an axis, in rad.
     pub misalignment_rad: f64,
+}
+
+impl<'a> Bench<'a> {
+    /// The bench of a scene, on which a motor has turned through a schedule.
+    pub fn new(scene: &Scene, schedule: &'a TurnSchedule, turning: &'a TurningRun) -> Self {
+        Self {
+            schedule,
+            turning,
+            unknowns: Unknowns::of(scene, schedule.duration_s),
+            misalignment_rad: GyroscopeErrors::sizes(scene).misalignment_rad[0],
+        }
+    }
 }
 
 impl Calibration {
@@ -60,7 +75,11 @@ impl Calibration {
 }
 
 /// The intervals between the anchors, and whether a sample in them was saturated.
-fn intervals(gyroscope: &Gyroscope, samples: &[GyroscopeSample], bench: &Bench) -> Vec<(FitInterval, bool)> {
+pub(super) fn intervals(
+    gyroscope: &Gyroscope,
+    samples: &[GyroscopeSample],
+    bench: &Bench,
+) -> Vec<(FitInterval, bool)> {
     let (period_s, limit_deg) = (gyroscope.noise().period_s, gyroscope.limit_deg());
     let interval = |pair: &[Anchor]| {
         let [from, until] = [pair[0], pair[1]];

@@ -13,8 +13,11 @@
 //! other for the rest. Counter-clockwise that is the motor's full rate, 88 +- 19 deg/s, which has little ripple.
 //! Clockwise it could turn at 870 deg/s, with a ripple of 0.33 of the mean. But a sample beyond the gyroscope's range
 //! costs more than its interval. The turn in that time is lost and taken from the reference instead, whose 5
-//! milli-degrees at either end of the gap are as much as 8 s of random walk. The best rate is 160 deg/s, with five
-//! standard deviations of the ripple up to the range of 400. One step of the staircase is best for the scale factor.
+//! milli-degrees at either end of the gap are as much as 8 s of random walk. For the random walk alone the best rate is
+//! 160 deg/s, with five standard deviations of the ripple up to the range of 400. But non-linearity grows with the
+//! square of the rate, and two rates hardly tell it. Of 25 ppm it leaves 4.3 ppm of the scale factor in a plan with
+//! 160 deg/s, where the random walk of a minute leaves 2.8. With 120 deg/s that is 3.6 and 3.0. One step of the
+//! staircase is best for the scale factor.
 //! More steps tell the non-linearity of the gyroscope better.
 
 use simulation::math::count::real;
@@ -40,8 +43,8 @@ pub struct TurnSchedule {
     pub samples_per_interval: usize,
     /// Motor time.
     pub duration_s: f64,
-    /// Last rate clockwise.
-    pub clockwise_deg_s: f64,
+    /// Last rates clockwise, and the other way, negative.
+    pub fastest_deg_s: [f64; 2],
     /// The rates, in order of time; they last for the whole motor time.
     pub segments: Vec<TurnSegment>,
 }
@@ -87,7 +90,7 @@ impl TurnSchedule {
             ticks_per_sample,
             samples_per_interval,
             duration_s,
-            clockwise_deg_s,
+            fastest_deg_s: [clockwise_deg_s, -counter_clockwise_deg_s],
             segments: Vec::new(),
         };
         schedule.extend((1..=steps).flat_map(step).chain([(rest_s, 0.0)]));
@@ -95,6 +98,53 @@ impl TurnSchedule {
             last.until_s = duration_s;
         }
         Ok(schedule)
+    }
+
+    /// The pilot of a scene: a rest, and as long a turn at each of two rates to either side; without a segment where
+    /// the scene asks for none. The slower rate is half of the scene's clockwise, and a quarter the other way, where a
+    /// motor turns at less than half of what the scene asks for.
+    ///
+    /// # Errors
+    /// When the pilot is longer than half of the plan, or has turns of less than four intervals.
+    pub fn pilot(&self, scene: &Scene) -> Result<Self, SceneError> {
+        let pilot_s = scene.number("calibrate.pilot_s");
+        let [clockwise, counter_clockwise] = self.fastest_deg_s;
+        let rates = [0.0, clockwise, counter_clockwise, 0.5 * clockwise, 0.25 * counter_clockwise];
+        let mut pilot = Self { duration_s: pilot_s, segments: Vec::new(), ..self.clone() };
+        if pilot_s <= 0.0 {
+            return Ok(pilot);
+        }
+        let turn_s = pilot_s / real(rates.len());
+        if pilot_s > 0.5 * self.duration_s || turn_s < 4.0 * scene.number("calibrate.interval_s") {
+            return Err(SceneError::Conflict {
+                conflict: format!(
+                    "calibrate.pilot_s = {pilot_s} s does not go into a plan of calibrate.duration_s = {} s",
+                    self.duration_s
+                ),
+                hint: "a pilot takes at most half of the plan, and twenty intervals at least; 0 for none"
+                    .to_owned(),
+            });
+        }
+        pilot.extend(rates.map(|rate_deg_s| (turn_s, rate_deg_s)));
+        Ok(pilot)
+    }
+
+    /// Adds `cycles` rounds of rest, turn, rest and turn back until `duration_s`. The rates in deg/s have their shares
+    /// of the time that is left; the rest of it is rest.
+    pub fn fill(&mut self, cycles: u32, duration_s: f64, turns: [(f64, f64); 2]) {
+        let from_s = self.segments.last().map_or(0.0, |last| last.until_s);
+        let cycle_s = (duration_s - from_s) / f64::from(cycles);
+        let [(one_deg_s, one), (other_deg_s, other)] = turns;
+        let rest_s = 0.5 * cycle_s * (1.0 - one - other);
+        let cycle =
+            [(rest_s, 0.0), (cycle_s * one, one_deg_s), (rest_s, 0.0), (cycle_s * other, other_deg_s)];
+        for _ in 0..cycles {
+            self.extend(cycle.into_iter().filter(|(length_s, _)| *length_s > 0.0));
+        }
+        self.duration_s = duration_s;
+        if let Some(last) = self.segments.last_mut() {
+            last.until_s = duration_s;
+        }
     }
 
     /// Adds segments of a length in s and a rate in deg/s each.
@@ -158,11 +208,11 @@ mod tests {
         let segments: Vec<_> = schedule.segments.iter().map(|s| (s.until_s, s.rate_deg_s)).collect();
         let expected = [
             (2.0, 0.0),
-            (7.0, 80.0),
+            (7.0, 60.0),
             (9.0, 0.0),
             (14.0, -100.0),
             (16.0, 0.0),
-            (21.0, 160.0),
+            (21.0, 120.0),
             (23.0, 0.0),
             (28.0, -200.0),
             (30.0, 0.0),
@@ -174,12 +224,40 @@ mod tests {
         assert!(TurnSchedule::of(&scene("12.01")).is_ok());
     }
 
+    /// A pilot of 10 s has a rest and four turns of 2 s; then come rounds with the shares that are asked for.
+    #[test]
+    fn exact_a_pilot_and_its_plan() {
+        let mut scene = scene("40");
+        scene.set("calibrate.pilot_s", "10").unwrap();
+        let asked = TurnSchedule::of(&scene).unwrap();
+        let mut schedule = asked.pilot(&scene).unwrap();
+        let rates: Vec<f64> = schedule.segments.iter().map(|segment| segment.rate_deg_s).collect();
+        assert_eq!(rates, [0.0, 120.0, -200.0, 60.0, -50.0]);
+        schedule.fill(3, 40.0, [(120.0, 0.3), (-50.0, 0.5)]);
+        let time_at = |rate_deg_s: f64| -> f64 {
+            let until = schedule.segments.iter().map(|segment| segment.until_s);
+            let from = std::iter::once(0.0).chain(until);
+            let lengths = schedule.segments.iter().zip(from).map(|(segment, from_s)| {
+                let is_of_rate = segment.rate_deg_s.total_cmp(&rate_deg_s).is_eq();
+                if is_of_rate { segment.until_s - from_s } else { 0.0 }
+            });
+            lengths.sum()
+        };
+        for (rate_deg_s, time_s) in [(0.0, 8.0), (120.0, 11.0), (-200.0, 2.0), (60.0, 2.0), (-50.0, 17.0)] {
+            assert!((time_at(rate_deg_s) - time_s).abs() < 1e-9, "{rate_deg_s}");
+        }
+        for refused in ["21", "4"] {
+            scene.set("calibrate.pilot_s", refused).unwrap();
+            assert!(asked.pilot(&scene).is_err(), "{refused}");
+        }
+    }
+
     /// Each rate is a drive of its own. An interval in which the rotor starts or coasts down belongs to the turn.
     #[test]
     fn exact_drives_by_time() {
         let schedule = TurnSchedule::of(&scene("30")).unwrap();
         let drives = schedule.drives_deg_s();
-        assert!(drives.len() == 4 && (drives[2] - 160.0).abs() < 1e-9, "{drives:?}");
+        assert!(drives.len() == 4 && (drives[2] - 120.0).abs() < 1e-9, "{drives:?}");
         for (from_s, until_s, drive) in [
             (0.0, 1.0, 0),
             (1.5, 2.5, 1),

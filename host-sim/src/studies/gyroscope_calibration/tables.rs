@@ -2,6 +2,7 @@
 
 use serde_json::json;
 
+use super::plan::{TurnPlan, WANTED_PPM};
 use super::{CalibrationOutcome, CalibrationSummary, Calibrations, budget};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
@@ -114,6 +115,27 @@ impl CalibrationOutcome {
     }
 }
 
+impl TurnPlan {
+    /// What was planned after the pilot.
+    fn remarks(&self) -> String {
+        let (clockwise, counter_clockwise) = (self.clockwise, self.counter_clockwise);
+        let share =
+            |(rate_deg_s, share): (f64, f64)| format!("{rate_deg_s:+.0} deg/s for {:.0} %", 100.0 * share);
+        let needed = self.needed_s.map_or_else(
+            || "no plan, however long, would bring".to_owned(),
+            |needed_s| format!("a plan of {needed_s:.0} s would bring"),
+        );
+        format!(
+            "Planned after the pilot: {} of the time that was left, {} of it, and rest. That promised {:.2} ppm, one \
+             sigma, of this gyroscope on this motor; {needed} 95 % of such scale factors to within {WANTED_PPM:.0} \
+             ppm.",
+            share(clockwise),
+            share(counter_clockwise),
+            self.predicted_ppm
+        )
+    }
+}
+
 impl CalibrationSummary {
     fn table(&self) -> Table {
         let mut table = Table::new(&[
@@ -202,6 +224,7 @@ impl Calibrations {
                 self.filter
             )),
         ];
+        blocks.extend(self.turn_plan.map(|plan| Block::Paragraph(plan.remarks())));
         if self.outcomes.len() > 1 {
             let summary = self.summary();
             blocks.push(Block::Heading(format!("All {} calibrations", summary.runs)));
@@ -227,7 +250,7 @@ impl Calibrations {
             ("pair_covered", summary.pair_covered.to_string()),
             ("bias_over_walk", format!("{:.2}", summary.bias_over_walk)),
             ("bias_walk_deg_h", format!("{:.2}", first.walk_bias_sigma_deg_h)),
-            ("clockwise_deg_s", format!("{:.0}", self.schedule.clockwise_deg_s)),
+            ("clockwise_deg_s", format!("{:.0}", self.schedule.fastest_deg_s[0])),
             ("table_calibration", summary.table().markdown()),
             ("table_budget", self.budget_table().markdown()),
             ("about_budget", budget::ABOUT.to_owned()),
@@ -250,6 +273,7 @@ impl Calibrations {
     pub fn json(&self) -> String {
         let mut object = serde_json::to_value(&self.first.outcome).unwrap_or_default();
         object["filter"] = json!(self.filter);
+        object["turn_plan"] = json!(self.turn_plan);
         object["over_runs"] = json!(self.summary());
         let beside = self.beside.iter().map(|other| {
             let mut row = json!(other.found.summary());

@@ -13,7 +13,7 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         key: "calibrate.clockwise_deg_s",
         unit: "deg/s",
-        kind: Kind::Number { default: 160.0, min: 1.0, max: 1000.0 },
+        kind: Kind::Number { default: 120.0, min: 1.0, max: 1000.0 },
         meaning: "last step of the staircase clockwise, far below the gyroscope's range, so that the ripple seldom \
                   saturates it",
     },
@@ -40,6 +40,13 @@ pub const SETTINGS: &[Setting] = &[
         unit: "s",
         kind: Kind::Number { default: 0.25, min: 0.01, max: 10.0 },
         meaning: "gyroscope and reference are compared once in this time, rounded to samples",
+    },
+    Setting {
+        key: "calibrate.pilot_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1000.0 },
+        meaning: "length of a pilot, after which rates and times are chosen by the deviation of the scale factor that \
+                  they promise; 0 for none: the staircase as the keys say",
     },
     Setting {
         key: "calibrate.camera_angle_mdeg",

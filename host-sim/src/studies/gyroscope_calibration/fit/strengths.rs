@@ -20,10 +20,10 @@ use simulation::world::instruments::gyroscope::GyroscopeNoise;
 
 /// Most rounds over all strengths.
 const ROUNDS_MAX: u32 = 6;
-/// Change of the criterion below which a round is the last: a thousandth of what one standard deviation changes.
-const SETTLED: f64 = 1e-3;
+/// Change of the criterion below which a round is the last: a ten-thousandth of what one standard deviation changes.
+const SETTLED: f64 = 1e-4;
 /// Width, as a ratio, within which a strength is found.
-const WITHIN: f64 = 1.02;
+const WITHIN: f64 = 1.002;
 /// Largest factor on the reference's variances.
 const REFERENCE_FACTOR_MAX: f64 = 1e6;
 /// Weakest coning that is told from none, per variance of the noise in the same interval.
