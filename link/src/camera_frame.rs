@@ -9,7 +9,7 @@
 //!
 //! | field | what it is | how the board completes it |
 //! |---|---|---|
-//! | time | exposure in units of 250 ns, lowest 16 bits | from [`LATE_NANOS`] before to [`EARLY_NANOS`] after its time |
+//! | time | exposure in units of 250 ns, lowest 16 bits | from [`LATE_NANOS`] before to [`EARLY_NANOS`] after now |
 //! | angle | as in [`CameraRecord`] | |
 //! | marks | those used, at most 15 | |
 //! | sequence | lowest 4 bits | from 4 before to 11 after the number that is expected |
@@ -72,7 +72,7 @@ pub fn encode_camera(
 ) -> Result<usize, FrameError> {
     match fields(header, record) {
         Some(fields) => {
-            let crc = checksum(header.session, &fields).to_le_bytes();
+            let crc = checksum(header.session, fields).to_le_bytes();
             let mut content = [0; CONTENT_BYTES];
             content.iter_mut().zip(fields.into_iter().chain(crc)).for_each(|(place, byte)| *place = byte);
             frame_of(&content, frame)
@@ -106,7 +106,7 @@ pub(crate) fn decode_content(
 ) -> Result<(Header, HostMessage), FrameError> {
     let [low, high, a, b, c, d, residual, marks_and_sequence, crc @ ..] = content;
     let fields = [low, high, a, b, c, d, residual, marks_and_sequence];
-    if checksum(expected.session, &fields) != u16::from_le_bytes(crc) {
+    if checksum(expected.session, fields) != u16::from_le_bytes(crc) {
         return Err(FrameError::Checksum);
     }
     let latest = expected.now_nanos / UNIT_NANOS + EARLY_UNITS;
@@ -132,11 +132,11 @@ fn complete(low: u8, next: u32) -> u32 {
     if ahead < AHEAD { number } else { number.wrapping_sub(0x10) }
 }
 
-fn checksum(session: u32, fields: &[u8; FIELD_BYTES]) -> u16 {
+fn checksum(session: u32, fields: [u8; FIELD_BYTES]) -> u16 {
     let mut digest = CRC.digest();
     digest.update(&[VERSION]);
     digest.update(&session.to_le_bytes());
-    digest.update(fields);
+    digest.update(&fields);
     digest.finalize()
 }
 

@@ -236,14 +236,16 @@ fn law_a_silent_host_takes_the_bridge_off() {
     assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
 }
 
-/// The share of the line that either direction may take, so that a repeated frame or a question finds room.
-const LINE_SHARE_MAX: f64 = 0.7;
+/// Bits a second that either direction may carry, 70 % of the line: a repeated frame or a question finds room.
+const BITS_PER_S_MAX: u64 = LINE_BAUD as u64 / 10 * 7;
+
+/// Bits of a byte on the line, start and stop included.
+const BITS_PER_BYTE: u64 = 10;
 
 /// A camera of 10 kHz to the board, and the longest reports from it.
 #[test]
 fn exact_the_line_carries_a_move_at_full_speed() {
-    let bytes_per_s = f64::from(LINE_BAUD) / 10.0;
-    let frames = 10_000.0 * SHORT_FRAME_BYTES as f64 / bytes_per_s;
+    let frames = 10_000 * SHORT_FRAME_BYTES as u64 * BITS_PER_BYTE;
     let longest = f32::MAX;
     let command =
         CommandRecord { mode: Some(DriveMode::C).into(), amplitude: longest, frequency_offset_hz: longest };
@@ -275,8 +277,7 @@ fn exact_the_line_carries_a_move_at_full_speed() {
     let header = Header { session: u32::MAX, sequence: u32::MAX, ticks: u64::MAX };
     let mut frame = [0; FRAME_BYTES_MAX];
     let length = encode(header, &BoardMessage::Report(report), &mut frame).unwrap();
-    let reports = TICKS_PER_S / TICKS_PER_REPORT as f64 * length as f64 / bytes_per_s;
-    for share in [frames, reports] {
-        assert!((0.0..=LINE_SHARE_MAX).contains(&share), "{frames} {reports}, {length} bytes");
-    }
+    let reports_per_s = 1_000_000_000 / (PositionLoop::TICK_NANOS * TICKS_PER_REPORT);
+    let reports = reports_per_s * length as u64 * BITS_PER_BYTE;
+    assert!(frames <= BITS_PER_S_MAX && reports <= BITS_PER_S_MAX, "{frames} {reports}, {length} bytes");
 }

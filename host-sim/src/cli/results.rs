@@ -277,7 +277,7 @@ impl Effort {
 const GYROSCOPE_MOTORS: u64 = 10;
 
 /// How gyroscopes are calibrated on rotors that tilt: a pilot, and time for a scale factor as good as on a level one.
-const TILTING_CALIBRATION: [(&str, &str); 2] = [("calibrate.pilot_s", "10"), ("calibrate.duration_s", "480")];
+const TILTING_CALIBRATION: [(&str, &str); 2] = [("calibrate.pilot_s", "10"), ("calibrate.duration_s", "240")];
 
 fn filter_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
     let errors = filter_errors::FilterErrorsPlan::new(scene, effort.error_motors)?.run(&|_| ())?;

@@ -69,7 +69,7 @@ fn exact_five_changed_bits_are_found() {
         if let Some(bit) = bit.filter(|bit| *bit < 8 * FIELD_BYTES) {
             fields[bit / 8] |= 1 << (bit % 8);
         }
-        checksum(3, &fields)
+        checksum(3, fields)
     };
     let syndrome = |bit: usize| {
         let of_crc = bit.checked_sub(8 * FIELD_BYTES).map_or(0, |place| 1 << place);
@@ -108,7 +108,9 @@ fn law_one_random_content_in_65_536_passes() {
     let mut passed = 0;
     for _ in 0..1_000_000 {
         let mut content = [0; CONTENT_BYTES];
-        content.iter_mut().for_each(|byte| *byte = random.next_u64() as u8);
+        for byte in &mut content {
+            *byte = random.next_u64() as u8;
+        }
         passed += u32::from(decode_content(content, EXPECTED).is_ok());
     }
     assert!((2..=40).contains(&passed), "{passed}");

@@ -1,5 +1,6 @@
 extern crate std;
 
+use core::fmt::Write as _;
 use std::string::String;
 use std::vec::Vec;
 
@@ -164,9 +165,13 @@ fn exact_frames_are_those_of_the_version_s_file() {
         .map(|message| framed(HEADER, &message))
         .chain(board_messages().into_iter().map(|message| framed(HEADER, &message)))
         .chain([short[..length].to_vec()]);
-    let hexadecimal =
-        |frame: Vec<u8>| frame.iter().map(|byte| std::format!("{byte:02x}")).collect::<String>();
-    let text: String = frames.map(|frame| hexadecimal(frame) + "\n").collect();
+    let mut text = String::new();
+    for frame in frames {
+        for byte in frame {
+            write!(text, "{byte:02x}").unwrap();
+        }
+        text.push('\n');
+    }
     assert!(text == kept, "{path} is expected to be:\n{text}");
 }
 

@@ -12,8 +12,18 @@ use tempfile::TempDir;
 use crate::support::built_command::{folder, json, json_on_two, number, output_on, refuses, written};
 use crate::support::closeness::assert_between;
 
-/// Six seconds, and a coarser step of the plant, which locates its impacts.
-const SHORT: [&str; 6] = ["--duration", "6", "--set", "calibrate.steps=1", "--set", "plant.step_s=5e-6"];
+/// Six seconds, and a coarser step of the plant, which locates its impacts. The rotor makes less than a turn either
+/// way: errors that turn with the angle could not be told from the scale factor. The simulated camera has none.
+const SHORT: [&str; 8] = [
+    "--duration",
+    "6",
+    "--set",
+    "calibrate.steps=1",
+    "--set",
+    "plant.step_s=5e-6",
+    "--set",
+    "calibrate.camera_angle_mdeg=0",
+];
 
 fn arguments<'a>(more: &[&'a str]) -> Vec<&'a str> {
     [&["calibrate"], &SHORT[..], more].concat()
@@ -146,21 +156,24 @@ fn law_a_gyroscope_with_less_noise_is_calibrated_better() {
     assert_between(quiet.pair_distance_square, 0.0, 20.0, "in standard deviations of the reference alone");
 }
 
-/// On six motors that tilt, after a pilot: the errors are as large as stated, by coning most of all. The mean of six
-/// squares of standard normals lies within 0.05 and 3.9 but once in 1,000 sets on either side; more gyroscopes on a
-/// motor share its coning. The budget's parts are the whole.
+/// On six motors that tilt, after a pilot: the errors are as large as stated. The mean of six squares of standard
+/// normals lies within 0.05 and 3.9 but once in 1,000 sets on either side; more gyroscopes on a motor share its coning.
+/// The budget's parts are the whole, and coning is one of them: a search that finds it on half of such rotors finds it
+/// on none of six but once in 64 sets.
 #[test]
 fn law_errors_on_a_rotor_that_tilts_are_as_large_as_stated() {
     let folder = folder();
     let plan = ["calibrate", "--runs", "6", "--motors", "6", "--seed", "11", "--duration", "14"];
-    let sets = ["calibrate.pilot_s=5", "plant.step_s=5e-6"].iter().flat_map(|set| ["--set", set]);
+    // As in [`SHORT`], the camera has no errors that turn with the angle.
+    let sets = ["calibrate.pilot_s=5", "plant.step_s=5e-6", "calibrate.camera_angle_mdeg=0"];
+    let sets = sets.iter().flat_map(|set| ["--set", set]);
     let more = ["--scene", "set_f_plant", "--format", "json"];
     let arguments: Vec<&str> = plan.into_iter().chain(sets).chain(more).collect();
     let object = json_on_two(folder.path(), &arguments);
     let rows = written(folder.path(), "out/calibrate/runs.csv");
     let header: Vec<&str> = rows.lines().next().expect("a header").split(',').collect();
     let column = |name: &str| header.iter().position(|of| *of == name).expect("a column");
-    let mut squares = 0.0;
+    let (mut squares, mut coning) = (0.0, 0);
     for line in rows.lines().skip(1) {
         let fields: Vec<f64> = line.split(',').map(|field| field.parse().expect("a number")).collect();
         let sigma_ppm = fields[column("scale_factor_sigma_ppm")];
@@ -170,9 +183,10 @@ fn law_errors_on_a_rotor_that_tilts_are_as_large_as_stated() {
         let parts = causes.map(|cause| fields[column(&format!("stated_{cause}_ppm"))]);
         let whole_ppm = parts.into_iter().fold(0.0, f64::hypot);
         assert_between(whole_ppm / sigma_ppm, 1.0 - 1e-6, 1.0 + 1e-6, line);
-        assert_between(fields[column("stated_coning_ppm")] / sigma_ppm, 0.3, 1.0, line);
+        coning += u32::from(fields[column("stated_coning_ppm")] > 0.0);
     }
     assert_between(squares / 6.0, 0.05, 3.9, &rows);
+    assert!(coning > 0, "{rows}");
     let plan = &object["turn_plan"];
     assert_between(number(plan, "predicted_ppm"), 5.0, 200.0, plan);
     assert_between(number(plan, "needed_s"), 14.0, 1e5, plan);

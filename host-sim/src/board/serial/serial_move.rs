@@ -22,6 +22,7 @@ use super::progress::{Progress, Watcher};
 use super::report_record::{ReportRecords, Reported};
 use super::session::{BoardSession, Event, host_nanos, nanos, seconds};
 use crate::board::pil::{acknowledgement, preparation};
+use simulation::math::count::real;
 use simulation::runs::record::mode_word;
 use simulation::scene::Scene;
 
@@ -42,8 +43,6 @@ const PROGRESS_EVERY: Duration = Duration::from_millis(100);
 const UPLOADS_MAX: u32 = 3;
 /// Share of the line that camera frames may take.
 const FRAMES_SHARE_MAX: f64 = 0.7;
-/// Bytes of a camera frame on the line.
-const FRAME_BYTES: f64 = SHORT_FRAME_BYTES as f64;
 
 /// A move on the board at a serial port.
 #[derive(Clone, Copy, Debug)]
@@ -92,7 +91,7 @@ impl SerialMove<'_> {
             return Err(SerialError::SimulatedVibrometer { baud });
         }
         let frame_rate_hz = scene.number("camera.frame_rate_hz");
-        let most_hz = FRAMES_SHARE_MAX * bytes_per_s(baud) / FRAME_BYTES;
+        let most_hz = FRAMES_SHARE_MAX * bytes_per_s(baud) / real(SHORT_FRAME_BYTES);
         let needed_baud = f64::from(baud) * frame_rate_hz / most_hz;
         if frame_rate_hz > most_hz {
             return Err(SerialError::LineTooSlow { frame_rate_hz, needed_baud, most_hz, baud });
