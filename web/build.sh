@@ -78,6 +78,8 @@ fi
 
 mkdir -p "$page"
 cp "$loaded"/web.js "$loaded"/web_bg.wasm web/page/* "$page"
+# Without comments and indentation, which a sixth of the scripts is and no browser reads.
+sed -E -i '/^[ \t]*\/\*.*\*\/$/d; /^[ \t]*\/\*/,/\*\//d; /^[ \t]*\/\//d; s/^[ \t]+//; /^$/d' "$page"/*.js "$page"/*.css
 # The book, where it was built: its own pages stand below this one.
 if [[ -d $target_dir/book ]]; then
     rm -rf "$page/book"
