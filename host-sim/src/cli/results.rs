@@ -1,5 +1,6 @@
 //! `results`: the pages of results, each written whole from runs of today, or compared with what stands there.
 
+mod effort;
 mod filter_core;
 mod tilting;
 
@@ -29,8 +30,8 @@ use crate::studies::rotor_models::RotorModelsPlan;
 use crate::studies::shard::Shard;
 use crate::studies::stator::page::StatorPage;
 use crate::studies::stator::solver::Solver;
-use crate::studies::stator::sweeps::SweepEffort;
-use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, held_rates, paper, step_accuracy};
+use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, held_rates, paper};
+use effort::Effort;
 use simulation::scene::Scene;
 
 /// A page: one question, and what answers it.
@@ -157,127 +158,11 @@ impl From<Vec<PlacedValue>> for Content {
     }
 }
 
-/// How much is simulated for the pages.
-#[derive(Clone, Copy, Debug)]
-struct Effort {
-    /// Runs of each motor of the paper.
-    paper_seeds: u64,
-    /// Stators that are solved.
-    stator: SweepEffort,
-    /// Runs of each rotor and mode, and rotors drawn over what was not measured.
-    rotor_seeds: u64,
-    rotors_drawn: u64,
-    /// Whether rotors with one change at a time run as well.
-    rotor_changes: bool,
-    /// Motors in each mode, for the filters' errors.
-    error_motors: u64,
-    /// Motors in each mode, for what the twin's error is made of: height only, and tilting.
-    budget_motors: [u64; 2],
-    /// Motors in each mode, for the filters' costs.
-    cost_motors: u64,
-    /// Moves.
-    trials: u64,
-    /// Moves by each other strategy and filter.
-    compared_trials: u64,
-    /// Motors of each bench of instruments, and what the names of the benches contain.
-    grid_motors: u64,
-    grid_benches: &'static str,
-    /// Moves with faults.
-    faulty_runs: u64,
-    /// Gyroscopes.
-    calibrations: u64,
-    /// Motors that are identified, and motors to learn from, of each rotor.
-    identified: u64,
-    learnt_from: u64,
-    /// Of the scenes with a rotor that tilts: how many are shown, motors in each mode for the filters' errors, moves,
-    /// gyroscopes, and motors that these are spread over.
-    tilting_scenes: usize,
-    tilting_error_motors: u64,
-    tilting_trials: u64,
-    tilting_calibrations: u64,
-    tilting_gyroscope_motors: u64,
-    /// Motors in each mode for the filters' errors where they are drawn around a set, with two marks.
-    drawn_error_motors: u64,
-    /// Time of a plan of calibration, and of a rate, in s; as the scene says unless it is given.
-    time_s: Option<&'static str>,
-    step_accuracy: fn() -> step_accuracy::StepAccuracyPlan,
-}
-
-impl Effort {
-    /// As many runs as the paper made; 40 motors bound an ANEES to 6 % of 1; of 10,000 moves the worst thousandth is
-    /// ten; of 200 intervals the covered share is known to 1.5 %; of 2,000 runs each fault
-    /// among 26 comes in about a hundred. A second of a motor that tilts takes five to ten times as long, so that there
-    /// are as many of them as ten minutes of a processor allow on each page.
-    const FULL: Self = Self {
-        paper_seeds: 5,
-        stator: SweepEffort::FULL,
-        rotor_seeds: 8,
-        rotors_drawn: 200,
-        rotor_changes: true,
-        error_motors: 40,
-        budget_motors: [24, 8],
-        cost_motors: 20,
-        trials: 10_000,
-        compared_trials: 200,
-        grid_motors: 20,
-        grid_benches: "",
-        faulty_runs: 10_000,
-        calibrations: 200,
-        identified: 200,
-        learnt_from: 1000,
-        tilting_scenes: usize::MAX,
-        tilting_error_motors: 8,
-        drawn_error_motors: 50,
-        tilting_trials: 50,
-        tilting_calibrations: 30,
-        tilting_gyroscope_motors: 3,
-        time_s: None,
-        step_accuracy: step_accuracy::StepAccuracyPlan::full,
-    };
-
-    /// Enough to fill every place of a page.
-    const QUICK: Self = Self {
-        paper_seeds: 2,
-        stator: SweepEffort::QUICK,
-        rotor_seeds: 2,
-        rotors_drawn: 4,
-        rotor_changes: false,
-        error_motors: 2,
-        budget_motors: [1, 1],
-        cost_motors: 1,
-        trials: 20,
-        compared_trials: 2,
-        grid_motors: 1,
-        grid_benches: "30,000 frames/s",
-        faulty_runs: 5,
-        calibrations: 2,
-        identified: 4,
-        learnt_from: 60,
-        tilting_scenes: 1,
-        tilting_error_motors: 1,
-        drawn_error_motors: 1,
-        tilting_trials: 1,
-        tilting_calibrations: 1,
-        tilting_gyroscope_motors: 1,
-        time_s: Some("6"),
-        step_accuracy: step_accuracy::StepAccuracyPlan::quick,
-    };
-
-    fn scene(self) -> Result<Scene, CommandError> {
-        let mut scene = Scene::default();
-        if let Some(time_s) = self.time_s {
-            scene.set("calibrate.duration_s", time_s)?;
-            scene.set("rate.duration_s", time_s)?;
-        }
-        Ok(scene)
-    }
-}
-
 /// Motors that the gyroscopes are spread over: they do not act back on the rotor.
 const GYROSCOPE_MOTORS: u64 = 10;
 
-/// How gyroscopes are calibrated on rotors that tilt: a pilot, and time for a scale factor as good as on a level one.
-const TILTING_CALIBRATION: [(&str, &str); 2] = [("calibrate.pilot_s", "10"), ("calibrate.duration_s", "240")];
+/// How gyroscopes are calibrated on rotors that tilt: for as long as on a level one, a pilot included.
+const TILTING_PILOT: (&str, &str) = ("calibrate.pilot_s", "10");
 
 fn filter_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
     let errors = filter_errors::FilterErrorsPlan::new(scene, effort.error_motors)?.run(&|_| ())?;
@@ -330,9 +215,8 @@ fn calibration_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>,
     let mut calibrations = of(scene, effort.calibrations, GYROSCOPE_MOTORS)?;
     let mut tilting_scene = scene.clone();
     if effort.time_s.is_none() {
-        for (key, value) in TILTING_CALIBRATION {
-            tilting_scene.set(key, value)?;
-        }
+        let (key, value) = TILTING_PILOT;
+        tilting_scene.set(key, value)?;
     }
     let tilting = tilting::of_many_motors(&tilting_scene, effort.tilting_scenes)?;
     calibrations.beside = BesideScene::run_each(&tilting, |scene| {
