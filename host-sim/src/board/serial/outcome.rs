@@ -29,6 +29,8 @@ pub struct LineFigures {
     pub load_from_board: f64,
     /// Camera frames sent.
     pub frames_sent: u64,
+    /// Their bytes on the line.
+    pub frame_bytes: u64,
     /// Camera frames that were exposed before the board was armed, and not sent.
     pub frames_early: u64,
     /// Reports received.

@@ -167,6 +167,7 @@ struct ArmedMove {
     time_answered: bool,
     progress_at: i64,
     frames_sent: u64,
+    frame_bytes: u64,
     frames_early: u64,
     reports: u64,
 }
@@ -196,6 +197,7 @@ impl ArmedMove {
             time_answered: true,
             progress_at: now,
             frames_sent: 0,
+            frame_bytes: 0,
             frames_early: 0,
             reports: 0,
         }
@@ -312,7 +314,7 @@ impl ArmedMove {
         let units = (frame.exposed_at.nanos() + UNIT_NANOS / 2) / UNIT_NANOS;
         let frame = CameraFrame { exposed_at: Time::from_nanos(units * UNIT_NANOS), ..frame };
         let now_nanos = self.session.clock().map_or(0, |clock| clock.board_nanos(host_nanos()));
-        self.session.send_camera(frame.into(), now_nanos)?;
+        self.frame_bytes += self.session.send_camera(frame.into(), now_nanos)? as u64;
         self.records.sent(frame);
         self.frames_sent += 1;
         Ok(())
@@ -405,6 +407,7 @@ impl ArmedMove {
                 load_to_board: to,
                 load_from_board: from,
                 frames_sent: self.frames_sent,
+                frame_bytes: self.frame_bytes,
                 frames_early: self.frames_early,
                 reports: self.reports,
             },

@@ -168,15 +168,19 @@ impl BoardSession {
         self.write(&frame[..length])
     }
 
-    /// Sends a camera frame when the line is free, at `board_nanos` of the board's clock.
+    /// Sends a camera frame when the line is free, at `board_nanos` of the board's clock; its bytes on the line.
     ///
     /// # Errors
     /// When the port is closed.
-    pub(super) fn send_camera(&mut self, record: CameraRecord, board_nanos: u64) -> Result<(), SerialError> {
+    pub(super) fn send_camera(
+        &mut self,
+        record: CameraRecord,
+        board_nanos: u64,
+    ) -> Result<usize, SerialError> {
         let mut frame = [0; FRAME_BYTES_MAX];
         let ticks = board_nanos / PositionLoop::TICK_NANOS;
         let length = encode_camera(self.header(ticks), record, &mut frame)?;
-        self.write(&frame[..length])
+        self.write(&frame[..length]).map(|()| length)
     }
 
     /// The header of the next frame.
