@@ -25,8 +25,8 @@ struct BudgetLine {
 }
 
 /// Lines from the deviations stated, in the order of [`CAUSES`], and the errors made by noise, reference, coning,
-/// non-linearity, temperature and misalignment.
-fn lines(stated: [f64; CAUSES.len()], made: [f64; 6]) -> Vec<BudgetLine> {
+/// non-linearity, temperature and misalignment; then the line of the whole deviation and error.
+fn lines(stated: [f64; CAUSES.len()], made: [f64; 6], [sigma, error]: [f64; 2]) -> Vec<BudgetLine> {
     let [noise, reference, coning, nonlinearity, temperature, misalignment] = made;
     let made =
         [Some(noise), None, Some(reference), Some(coning), Some(nonlinearity), Some(temperature), None];
@@ -34,6 +34,7 @@ fn lines(stated: [f64; CAUSES.len()], made: [f64; 6]) -> Vec<BudgetLine> {
         .map(|((cause, stated), made_ppm)| BudgetLine { cause, stated_ppm: Some(stated), made_ppm })
         .collect();
     lines.insert(4, BudgetLine { cause: MISALIGNMENT, stated_ppm: None, made_ppm: Some(misalignment) });
+    lines.push(BudgetLine { cause: "all", stated_ppm: Some(sigma), made_ppm: Some(error) });
     lines
 }
 
@@ -47,12 +48,7 @@ impl CalibrationOutcome {
             self.scale_factor_temperature_ppm,
             self.scale_factor_misalignment_ppm,
         ];
-        let whole = BudgetLine {
-            cause: "all",
-            stated_ppm: Some(self.scale_factor_sigma_ppm),
-            made_ppm: Some(self.scale_factor_error_ppm),
-        };
-        lines(self.stated_ppm(), made).into_iter().chain([whole]).collect()
+        lines(self.stated_ppm(), made, [self.scale_factor_sigma_ppm, self.scale_factor_error_ppm])
     }
 }
 
@@ -66,12 +62,7 @@ impl CalibrationSummary {
             self.scale_factor_temperature_ppm,
             self.scale_factor_misalignment_ppm,
         ];
-        let whole = BudgetLine {
-            cause: "all",
-            stated_ppm: Some(self.scale_factor_stated_ppm),
-            made_ppm: Some(self.scale_factor_rms_ppm),
-        };
-        lines(self.scale_factor_budget_ppm, made).into_iter().chain([whole]).collect()
+        lines(self.scale_factor_budget_ppm, made, [self.scale_factor_stated_ppm, self.scale_factor_rms_ppm])
     }
 }
 
