@@ -26,6 +26,17 @@
 //! deviations of what is still to be measured, so that the next correction is again a step and not a nudge, whose
 //! spread would spoil the measurement.
 //!
+//! # A tolerance below the shortest step
+//!
+//! The shortest step of Table 1's motors turns by 0.14 milli-degrees. A rotor that is nearer to the target than this
+//! cannot be brought there by a step, and within a fine tolerance not by measuring on. So steps before the last leave
+//! room for one. Where less is left, `r`, than the shortest step `u`, and more than measuring on could leave:
+//!
+//! ```text
+//! r > u / 2      the shortest step: what is left beyond the target is less
+//! else           a clockwise burst, and the approach begins again
+//! ```
+//!
 //! # Where the constants come from
 //!
 //! `map`: from the distances in [`crate::response_map`]. `trials`: chosen, together and not one by one, for small
@@ -65,6 +76,8 @@ const EARLY_BEHIND_SIGMAS: f32 = 0.5;
 
 /// Least distance in rad by which a clockwise burst is aimed beyond the target: room for two steps. Map, and trials.
 const BEYOND_RAD: f32 = degrees(1.5e-3);
+/// The same in shortest steps, where the approach begins again for want of a step that is short enough. Assumption.
+const SHORTEST_BEYOND: f32 = 2.0;
 /// The same in spreads of the burst. Trials.
 const BEYOND_SPREADS: f32 = 0.5;
 /// A clockwise burst whose spread is below this part of the tolerance is aimed at the target itself. Assumption.
@@ -87,6 +100,9 @@ const WALK_KNOWN_PART: f32 = 0.15;
 const STEP_SHORT_SIGMAS: f32 = 1.4;
 /// Such a step is driven only if it turns by this part of what remains: else it is not worth its noise. Trials.
 const STEP_PART_MIN: f32 = 0.45;
+/// Where the shortest step is longer than what measuring on could leave, the same standard deviations that remain beyond
+/// it, so that the last step can be as long as what remains. Assumption.
+const STEP_ROOM_SIGMAS: f32 = 1.0;
 /// A burst is due when its variance is so many times that of the angle: the standard deviation of the angle is at most
 /// half of the burst's. Assumption.
 const DUE_VARIANCES: f32 = 4.0;
@@ -138,9 +154,13 @@ impl Situation {
         } else {
             remaining_rad + (BEYOND_SPREADS * spread_rad).max(BEYOND_RAD)
         };
+        self.due(self.clockwise_burst(motor, aim_rad)?)
+    }
+
+    /// The burst of mode B that turns this motor by `aim_rad`: a nudge, or a throw beyond the longest.
+    fn clockwise_burst(&self, motor: MotorResponse<'_>, aim_rad: f32) -> Option<DrivePlan> {
         let nudges = self.longest_rad(motor, Family::Nudge).is_some_and(|longest| aim_rad < longest);
-        let plan = self.burst(motor, if nudges { Family::Nudge } else { Family::Throw }, aim_rad)?;
-        self.due(plan)
+        self.burst(motor, if nudges { Family::Nudge } else { Family::Throw }, aim_rad)
     }
 
     fn cruise(&self, motor: MotorResponse<'_>, mode: DriveMode) -> Option<Cruise> {
@@ -188,6 +208,9 @@ impl Situation {
     }
 
     fn step(&self, motor: MotorResponse<'_>, remaining_rad: f32) -> Option<DrivePlan> {
+        let (shortest, _) = motor.map.range_rad(Family::Step, self.amplitude_max)?;
+        let shortest_rad = shortest * motor.correction.scale(Family::Step);
+        let is_coarse = shortest_rad > self.reach_rad();
         let last = self.sigma_rad <= self.sigma_enough_rad() || self.reached_after_step(motor, remaining_rad);
         let aim_rad = if last {
             remaining_rad
@@ -196,15 +219,36 @@ impl Situation {
             // By how much measuring on will still move the estimate: down to the variance that is enough.
             let enough_rad = self.sigma_enough_rad();
             let to_measure_rad2 = self.sigma_rad * self.sigma_rad - enough_rad * enough_rad;
-            remaining_rad - STEP_SHORT_SIGMAS * math::sqrt_f32(to_measure_rad2 + spread_rad * spread_rad)
+            let left_rad = math::sqrt_f32(to_measure_rad2 + spread_rad * spread_rad);
+            let room_rad = if is_coarse { shortest_rad + STEP_ROOM_SIGMAS * left_rad } else { 0.0 };
+            remaining_rad - (STEP_SHORT_SIGMAS * left_rad).max(room_rad)
         };
-        let (shortest, _) = motor.map.range_rad(Family::Step, self.amplitude_max)?;
-        // Less than the shortest step is within any tolerance.
-        if aim_rad < shortest * motor.correction.scale(Family::Step) {
-            return None;
+        if aim_rad < shortest_rad {
+            // Less than the shortest step is within any other tolerance.
+            return if is_coarse && last {
+                self.below_the_shortest(motor, remaining_rad, shortest_rad)
+            } else {
+                None
+            };
         }
         let is_worth_it = last || aim_rad >= STEP_PART_MIN * remaining_rad;
         is_worth_it.then(|| self.burst(motor, Family::Step, aim_rad))?
+    }
+
+    /// What is driven when less remains than the shortest step turns by: see the head of this module.
+    fn below_the_shortest(
+        &self,
+        motor: MotorResponse<'_>,
+        remaining_rad: f32,
+        shortest_rad: f32,
+    ) -> Option<DrivePlan> {
+        if remaining_rad <= self.reach_rad() {
+            None
+        } else if remaining_rad > 0.5 * shortest_rad {
+            self.burst(motor, Family::Step, shortest_rad)
+        } else {
+            self.clockwise_burst(motor, BEYOND_RAD.max(SHORTEST_BEYOND * shortest_rad))
+        }
     }
 
     /// Whether the target would count as reached after a step of `aim_rad`, without another measurement.

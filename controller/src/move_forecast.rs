@@ -2,21 +2,26 @@
 //! response map and the tolerance.
 //!
 //! ```text
-//! frames to measure to s       n = R / (s^2 - floor),    R: variance of a frame
+//! time to measure to s         t = (R T / v) atanh(x) / x,    v = s^2 - floor,    x = sqrt(g R T) / v
+//!                              R: variance of a frame, T: their period, g: growth of the variance at rest
 //! way                          cruise: distance / rate;   burst by burst: each leaves its spread of its turn
 //! a look after each drive      until rest, and frames until half of what a coarse drive has left is known; what is
 //!                              measured between steps and walks counts at the end
-//! at the end                   1.3 times the frames to measure to the tolerance, and the rests of four corrections:
-//!                              some of them lose what was known
+//! at the end                   1.3 times that to the tolerance, 1.6 times below the shortest step, and four rests:
+//!                              some of the corrections lose what was known
 //! ```
 //!
+//! The variance `P` of a resting rotor's angle obeys `P' = g - P^2 / (R T)`, of which `P = sqrt(g R T) coth(sqrt(g / R T)
+//! t)` is the solution that begins with nothing known. So no time is enough for `x >= 1`. For a small x the time is that
+//! of `n = R / v` frames.
+//!
 //! The target counts as reached at a risk of 3.6 % at most ([`crate::situation::Confidence`]), so the error promised to
-//! 95 % of the moves is the tolerance. A tolerance is refused when the camera's floor does not let it be known, and
+//! 95 % of the moves is the tolerance. A tolerance is refused when floor or growth does not let it be known, and
 //! when fewer than 95 % of the moves would end before the deadline.
 
 use core::fmt;
 
-use estimator::Instruments;
+use estimator::{Instruments, RESTING_GROWTH_RAD2_S};
 use motor_model::{DriveMode, math};
 
 use crate::drive_plan::frames_follow;
@@ -64,6 +69,11 @@ const NEAR_DRIVES_MAX: u32 = 200;
 const MEASURED_TWICE: f32 = 1.3;
 /// Standard deviation of the time, per time measured. From the same.
 const MEASURING_SPREAD: f32 = 0.45;
+/// The same where the shortest step turns by more than the tolerance: a rotor that comes too near has to begin the
+/// approach again. The times have a long tail, so the deviation is the one with which 95 % of the moves are in time.
+/// From `host-sim positioning-trials --tolerance 0.0001 --set camera.marks=8`.
+const MEASURED_BELOW_THE_SHORTEST: f32 = 1.6;
+const SPREAD_BELOW_THE_SHORTEST: f32 = 0.85;
 /// Part of a look's time by which looks differ. An assumption.
 const LOOK_SPREAD: f32 = 0.5;
 /// Time in s from the end of a drive until rest is concluded, beside frames: coast and ring-down, as a vibrometer shows
@@ -138,7 +148,7 @@ impl MoveForecast {
         self.time_s + 1.65 * self.time_sd_s
     }
 
-    /// `None` where the floor is too high for the tolerance, or no drive of the map leads to the target.
+    /// `None` where floor or growth is too high for the tolerance, or no drive of the map leads to the target.
     // Never inlined: a microcontroller has room for one copy.
     #[inline(never)]
     fn of(
@@ -158,7 +168,14 @@ impl MoveForecast {
         let (frame_rad2, period_s) = (camera.variance_rad2() as f32, camera.period_s() as f32);
         let run_out_s = if instruments.vibrometer.is_some() { RUN_OUT_S } else { RUN_OUT_UNSEEN_S };
         let rest_s = run_out_s + REST_FRAMES * period_s + tuning.frame_wait_s();
-        let frames = (frame_rad2 / (enough_rad2 - tuning.floor_rad2)).max(1.0) * MEASURED_TWICE;
+        let shortest_step = map.range_rad(Family::Step, tuning.limits.amplitude_max);
+        let (measured, measuring_spread) =
+            if shortest_step.is_some_and(|(shortest, _)| shortest > tolerance_rad) {
+                (MEASURED_BELOW_THE_SHORTEST, SPREAD_BELOW_THE_SHORTEST)
+            } else {
+                (MEASURED_TWICE, MEASURING_SPREAD)
+            };
+        let frames = frames(frame_rad2, period_s, enough_rad2 - tuning.floor_rad2)?.max(1.0) * measured;
         let look_s = |left_rad: Option<f32>| {
             let frames = left_rad.map_or(0.0, |left_rad| {
                 let known_rad = LOOK_PART * left_rad;
@@ -169,7 +186,7 @@ impl MoveForecast {
         let way = way(map, tuning, distance_rad, enough_rad, look_s)?;
         let measuring_s = frames * period_s;
         let looks_s = way.look_s + CORRECTIONS * rest_s;
-        let spread_s2 = [MEASURING_SPREAD * measuring_s, LOOK_SPREAD * looks_s, rest_s, way.far_sd_s]
+        let spread_s2 = [measuring_spread * measuring_s, LOOK_SPREAD * looks_s, rest_s, way.far_sd_s]
             .map(|part_s| part_s * part_s)
             .into_iter()
             .sum::<f32>();
@@ -183,6 +200,20 @@ impl MoveForecast {
         })
     }
 }
+
+/// Frames of variance `frame_rad2`, one every `period_s`, until the angle of a resting rotor has the variance
+/// `wanted_rad2`; `None` where it never has. See the head of this module.
+#[expect(clippy::cast_possible_truncation, reason = "the controller computes in f32")]
+fn frames(frame_rad2: f32, period_s: f32, wanted_rad2: f32) -> Option<f32> {
+    let least_rad2 = math::sqrt_f32(RESTING_GROWTH_RAD2_S as f32 * period_s * frame_rad2);
+    let x = least_rad2 / wanted_rad2;
+    let longer =
+        if x < NO_GROWTH { 1.0 } else { 0.5 * math::ln(f64::from((1.0 + x) / (1.0 - x))) as f32 / x };
+    (x < 1.0).then_some(frame_rad2 / wanted_rad2 * longer)
+}
+
+/// Least variance that is reached, per variance wanted, below which growth takes no time: less than 1e-4 of it.
+const NO_GROWTH: f32 = 0.015;
 
 /// Standard deviation of the time of a cruise over motors, per time. From the map: 8 % in mode B, 21 % in mode C.
 const RATE_SPREAD: f32 = 0.2;

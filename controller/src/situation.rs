@@ -1,5 +1,7 @@
 //! Where the rotor stands to its target, and when the target counts as reached.
 
+use motor_model::math;
+
 /// What remains, how well it is known, and how well it must be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Situation {
@@ -78,6 +80,13 @@ impl Situation {
     /// high for the tolerance.
     fn needed_rad2(&self) -> f32 {
         MEASURED_OUT_PART * MEASURED_OUT_PART * self.enough_rad2()
+    }
+
+    /// Distance in rad from the target within which measuring on ends the move: what a rotor that is measured out may be
+    /// off. Negative if the floor is too high for the tolerance.
+    pub(crate) fn reach_rad(&self) -> f32 {
+        let measured_out_rad = math::sqrt_f32(self.needed_rad2() + self.floor_rad2);
+        self.tolerance_rad - self.confidence.one_sided * measured_out_rad
     }
 
     /// Variance in rad^2, without the floor, at which a rotor on target counts as there, and the last step is due.

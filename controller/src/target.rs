@@ -10,15 +10,16 @@ pub struct Target {
 }
 
 impl Target {
-    /// Smallest tolerance in degrees: the accuracy of a second of measuring at rest with the default camera.
-    pub const TOLERANCE_MIN_DEG: f64 = 0.0005;
+    /// Smallest tolerance in degrees: 1,193 units of an angle, less than the shortest burst turns the rotor. Which
+    /// tolerance a camera can show, and in what time, is said by [`crate::MoveForecast`].
+    pub const TOLERANCE_MIN_DEG: f64 = 0.0001;
     /// Largest target in degrees to either side: a thousand turns. An assumption.
     const ANGLE_MAX_DEG: f64 = 360_000.0;
 
     /// A target angle with a tolerance to either side.
     ///
     /// # Errors
-    /// When the angle is beyond +-360,000 degrees, or the tolerance outside 0.0005 to 10 degrees.
+    /// When the angle is beyond +-360,000 degrees, or the tolerance outside 0.0001 to 10 degrees.
     pub fn try_new(angle_deg: f64, tolerance_deg: f64) -> Result<Self, OutOfBounds> {
         let max = Self::ANGLE_MAX_DEG;
         OutOfBounds::check("position.to_deg", angle_deg, -max, max, "deg")?;
@@ -125,7 +126,7 @@ mod tests {
         for bad in [f64::NAN, f64::INFINITY, 4e5, -4e5] {
             assert_eq!(Target::try_new(bad, 0.02).unwrap_err().key, "position.to_deg");
         }
-        for bad in [f64::NAN, 0.0, 0.0004, -1.0, 11.0] {
+        for bad in [f64::NAN, 0.0, 0.000_099, -1.0, 11.0] {
             assert_eq!(Target::try_new(0.0, bad).unwrap_err().key, "position.tolerance_deg");
         }
         assert!(Target::try_new(359_000.0, 1.0).unwrap().moved(2000.0).is_err());

@@ -70,7 +70,7 @@ mod vibrometer;
 
 pub use camera::angle_rate_covariance::AngleRateCovariance;
 pub use camera::process::Jitter;
-pub use camera::track_tuning::TrackTuning;
+pub use camera::track_tuning::{RESTING_GROWTH_RAD2_S, TrackTuning};
 pub use camera::tracker::FRAMES_KEPT;
 pub use filter::{AngleFilter, Estimate, Health, Reason};
 pub use filters::constant_rate::{ConstantRate, ConstantRateTuning, RandomWalkTuning};

@@ -32,13 +32,14 @@
 //!
 //! ```text
 //! while P22 > v_1   variance = max(v_1, min(u^2, m P22))       u = 0.15 rad/s, v_1 = 5e-6 rad^2/s^2, m = 5 frames
-//! then              variance = max(v_0, min(v_1, n P22))       v_0 = 1e-8 rad^2/s^2, n = 40 frames
+//! then              variance = max(v_0, min(v_1, n P22))       v_0 = 3e-10 rad^2/s^2, n = 40 frames
 //! ```
 //!
 //! With it P22 falls below `u^2` at once and by the factor e every m frames to `v_1`, becomes `v_1 / k` after k frames
 //! more, then falls by the factor e every n frames, to what the process noise of rest leaves. `v_0` and `v_1` are those
 //! of the default camera. Another one's are as many times larger as its frames are more, so that the angle's variance
-//! grows by `v_0 dt = 1e-12 rad^2` in a second at rest, whatever the rate of the frames.
+//! grows by `v_0 dt = 3e-14 rad^2` in a second at rest, whatever the rate of the frames
+//! ([`crate::RESTING_GROWTH_RAD2_S`]).
 //!
 //! # Moved at rest
 //!

@@ -17,6 +17,10 @@ const DEFAULT_PERIOD_S: f64 = 1e-4;
 const STOPPING_S: f64 = 0.5e-3;
 /// Time in which the ringing under a resting rotor falls by the factor e, in s.
 const RINGING_S: f64 = 4e-3;
+/// Growth of the variance of the angle of a resting rotor, in rad^2/s, whatever the rate of the frames: 0.01
+/// milli-degrees after a second. An assumption: friction holds a rotor once its stator has rung down, and the simulated
+/// rotor then does not turn at all. The angle is never known better than to `sqrt(growth * R / frame rate)` in variance.
+pub const RESTING_GROWTH_RAD2_S: f64 = 3e-14;
 /// Times in s: of refusals until the estimate restarts; over which normalised innovations, and innovations at rest, are
 /// averaged where that is frames enough for a mean.
 const REFUSALS_S: f64 = 2e-3;
@@ -140,7 +144,7 @@ impl<T: Real> TrackTuning<T> {
         Self {
             camera_rad2: T::from_f64(variance_rad2),
             quantisation_rad2: T::from_f64(camera.quantisation_rad2()),
-            zero_rate_rad2_s2: T::from_f64(1e-8 * shared),
+            zero_rate_rad2_s2: T::from_f64(RESTING_GROWTH_RAD2_S / period_s),
             ringing_rad2_s2: T::from_f64(5e-6 * shared),
             stopping_frames: T::from_f64(frames_in(STOPPING_S)),
             ringing_frames: T::from_f64(frames_in(RINGING_S).max(1.0)),

@@ -44,7 +44,7 @@ use motor_model::{DriveCommand, MotorParams, Real, Time};
 use crate::camera::process::{Jitter, Process, Wander, Wandering};
 use crate::camera::track::State;
 use crate::camera::track_covariance::TrackCovariance;
-use crate::camera::track_tuning::TrackTuning;
+use crate::camera::track_tuning::{RESTING_GROWTH_RAD2_S, TrackTuning};
 use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
 use crate::innovation::{ImpactInnovation, Innovation};
@@ -124,11 +124,11 @@ impl<T: Real> ConstantRateTuning<T> {
 }
 
 /// Process noise at rest in rad^2/s^3. With the zero-rate update it is forgotten within 10 ms; between slower frames it
-/// turns the angle by no more than then: by `1e-12 dt` in variance, `q dt^3 / 3` at most.
+/// turns the angle by no more than then: by [`RESTING_GROWTH_RAD2_S`] in variance, `q dt^3 / 3` at most.
 fn resting_rad2_s3(period_s: f64) -> f64 {
     const FORGOTTEN_S: f64 = 0.01;
     let part = (FORGOTTEN_S / period_s).min(1.0);
-    1e-8 * part * part
+    RESTING_GROWTH_RAD2_S / (FORGOTTEN_S * FORGOTTEN_S) * part * part
 }
 
 impl<T: Real> Default for RandomWalkTuning<T> {
