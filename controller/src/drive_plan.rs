@@ -349,6 +349,62 @@ mod tests {
         assert!(turn_mdeg(1.0).abs() < f32::EPSILON);
     }
 
+    /// To a tenth of a milli-degree, and known as well as on target is enough.
+    fn fine(remaining_mdeg: f32, sigma_mdeg: f32) -> Situation {
+        Situation { tolerance_rad: degrees(1e-4), ..situation(remaining_mdeg, sigma_mdeg) }
+    }
+
+    /// A rotor nearer to the target than the shortest step turns it, 0.142 milli-degrees, is left lying only where
+    /// measuring on ends the move: within 0.1 (1 - 1.7 x 0.7 x 0.95 / 2) = 0.043 milli-degrees.
+    #[test]
+    fn exact_what_is_driven_below_the_shortest_step() {
+        let correction = MapCorrection::of(map());
+        for (remaining_mdeg, expected) in [
+            (-0.3, Some((Family::Step, 0.3))),
+            (-0.145, Some((Family::Step, 0.145))),
+            (-0.14, Some((Family::Step, 0.1423))),
+            (-0.072, Some((Family::Step, 0.1423))),
+            (-0.07, Some((Family::Nudge, 1.5))),
+            (-0.045, Some((Family::Nudge, 1.5))),
+            (-0.042, None),
+        ] {
+            let found = match fine(remaining_mdeg, 0.045).plan(motor(&correction)) {
+                Some(DrivePlan::Burst(family, _, forecast)) => {
+                    Some((family, 1e3 * forecast.turn_rad.to_degrees()))
+                }
+                _ => None,
+            };
+            assert_eq!(found.map(|found| found.0), expected.map(|wanted| wanted.0), "{remaining_mdeg}");
+            if let (Some((_, turn_mdeg)), Some((_, wanted_mdeg))) = (found, expected) {
+                assert!((turn_mdeg / wanted_mdeg - 1.0).abs() < 1e-3, "{remaining_mdeg} {turn_mdeg}");
+            }
+        }
+    }
+
+    /// A step before the last leaves what the shortest step turns by, and a standard deviation of what is left.
+    #[test]
+    fn law_steps_to_a_fine_tolerance_leave_room_for_the_last() {
+        let correction = MapCorrection::of(map());
+        let (shortest, _) = map().range_rad(Family::Step, 1.0).unwrap();
+        let mut steps = 0;
+        for remaining_mdeg in [0.3, 0.5, 0.8, 1.5, 3.0] {
+            for sigma_mdeg in [0.06, 0.1, 0.2] {
+                let Some(DrivePlan::Burst(Family::Step, _, forecast)) =
+                    fine(-remaining_mdeg, sigma_mdeg).plan(motor(&correction))
+                else {
+                    continue;
+                };
+                steps += 1;
+                let left_rad = degrees(1e-3 * remaining_mdeg) - forecast.turn_rad;
+                assert!(
+                    left_rad > shortest + 0.9 * forecast.turn_rad2.sqrt(),
+                    "{remaining_mdeg} {sigma_mdeg}"
+                );
+            }
+        }
+        assert!(steps >= 6, "{steps}");
+    }
+
     /// A target far beyond the longest burst is not measured for, however well the burst is forecast; one near it is.
     #[test]
     fn law_bursts_on_a_long_way_are_due_at_once() {

@@ -387,6 +387,49 @@ mod tests {
         assert!((f64::from(seen.measuring_s) - 1e-4 * expected).abs() < 1e-3 * expected * 1e-4 + 1e-3);
     }
 
+    /// The variance of a rotor at rest, by its differential equation in steps of a frame: the frames until it is the one
+    /// wanted, and never below the square root of growth and information.
+    #[test]
+    fn dual_frames_against_the_variance_frame_by_frame() {
+        let camera = CameraDescription { marks: 8, ..CameraDescription::default() };
+        let (frame_rad2, period_s) = (camera.variance_rad2(), camera.period_s());
+        let least_rad2 = (RESTING_GROWTH_RAD2_S * frame_rad2 * period_s).sqrt();
+        for part in [1.1, 1.5, 3.0, 30.0, 1000.0] {
+            let wanted_rad2 = part * least_rad2;
+            let (mut rad2, mut count) = (frame_rad2, 1_u32);
+            while rad2 > wanted_rad2 {
+                let predicted_rad2 = rad2 + RESTING_GROWTH_RAD2_S * period_s;
+                rad2 = predicted_rad2 * frame_rad2 / (predicted_rad2 + frame_rad2);
+                count += 1;
+            }
+            let found = f64::from(frames(frame_rad2 as f32, period_s as f32, wanted_rad2 as f32).unwrap());
+            // A frame more or less, and single precision.
+            assert!((found - f64::from(count)).abs() < 2.0 + 2e-3 * found, "{part}: {found} {count}");
+        }
+        assert_eq!(frames(frame_rad2 as f32, period_s as f32, 0.99 * least_rad2 as f32), None);
+    }
+
+    /// A tenth of a milli-degree: refused with two marks, whose floor is too high for it, and told with eight. It takes
+    /// four times as long as twice that, and more: approaches begin again.
+    #[test]
+    fn law_a_tenth_of_a_milli_degree_is_told_or_refused() {
+        let refused = forecast(10_000, 5.0, 0.1).unwrap_err();
+        let least_mdeg = 1e3 * refused.least_rad.unwrap().to_degrees();
+        // Twice the floor in variances, of 0.0338 milli-degrees, is 0.0478: times 2.1 / 0.95, 0.1057. At the shortest
+        // step no approach begins again, and 17 s are enough.
+        assert!((0.1057..0.1423).contains(&least_mdeg), "{least_mdeg}");
+        let camera = CameraDescription { marks: 8, ..CameraDescription::default() };
+        let limits = Limits { deadline_nanos: 30_000_000_000, ..Limits::default() };
+        let of = |tolerance_mdeg: f32| {
+            let instruments = Instruments { camera, ..Instruments::default() };
+            let tolerance_rad = (1e-3 * tolerance_mdeg).to_radians();
+            MoveForecast::try_new(&instruments, ResponseMap::table_1(), &limits, 0.1, tolerance_rad).unwrap()
+        };
+        let (fine, coarse) = (of(0.1), of(0.2));
+        assert!(fine.measuring_s > 4.0 * coarse.measuring_s, "{fine:?} {coarse:?}");
+        assert!(fine.time_95_s() - fine.time_s > fine.measuring_s, "{fine:?}");
+    }
+
     /// A finer tolerance, slower frames and a longer way take longer.
     #[test]
     fn law_time_grows_with_what_is_asked() {

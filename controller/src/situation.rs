@@ -123,6 +123,31 @@ pub(crate) mod tests {
         }
     }
 
+    /// A rotor that is measured out within the reach counts as there, and one beyond it does not, whatever the floor.
+    #[test]
+    fn law_within_the_reach_measuring_on_ends_the_move() {
+        for floor_mdeg in [0.0_f32, 0.05, 0.15] {
+            let floor_rad2 = (1e-3 * floor_mdeg).to_radians().powi(2);
+            let of = |remaining_mdeg, sigma_mdeg| Situation {
+                floor_rad2,
+                ..situation(remaining_mdeg, sigma_mdeg)
+            };
+            let (mut low_mdeg, mut high_mdeg) = (0.0, 0.5);
+            for _ in 0..40 {
+                let middle_mdeg = 0.5 * (low_mdeg + high_mdeg);
+                if of(0.0, middle_mdeg).measured_out() {
+                    low_mdeg = middle_mdeg
+                } else {
+                    high_mdeg = middle_mdeg
+                }
+            }
+            let reach_mdeg = 1e3 * of(0.0, 0.0).reach_rad().to_degrees();
+            assert!(reach_mdeg > 0.0, "{floor_mdeg} {reach_mdeg}");
+            assert!(of(0.999 * reach_mdeg, low_mdeg).reached(), "{floor_mdeg} {reach_mdeg} {low_mdeg}");
+            assert!(!of(1.001 * reach_mdeg, low_mdeg).reached(), "{floor_mdeg} {reach_mdeg} {low_mdeg}");
+        }
+    }
+
     /// The rule against the normal law itself, by libm's error function: at its border the risk is the one that is
     /// asked for, or up to a quarter more.
     #[test]

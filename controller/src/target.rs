@@ -132,6 +132,22 @@ mod tests {
         assert!(Target::try_new(359_000.0, 1.0).unwrap().moved(2000.0).is_err());
     }
 
+    /// The smallest tolerance is 1,193 units, and a thousand turns away the distance to an angle that far off is still
+    /// right to the rounding of single precision and half a unit of each angle.
+    #[test]
+    fn exact_the_smallest_tolerance_is_resolved_at_the_farthest_target() {
+        for angle_deg in [0.0, 359.9, -360.0, 360_000.0, -360_000.0] {
+            let target = Target::try_new(angle_deg, Target::TOLERANCE_MIN_DEG).unwrap();
+            assert_eq!(target.tolerance().units(), 1193);
+            let off_rad: f32 =
+                target.angle().radians_since(Angle::from_degrees(angle_deg - Target::TOLERANCE_MIN_DEG));
+            assert!(
+                (f64::from(off_rad).to_degrees() / 1e-4 - 1.0).abs() < 1.0 / 1193.0,
+                "{angle_deg} {off_rad}"
+            );
+        }
+    }
+
     #[test]
     fn exact_relative_moves_do_not_add_errors_up() {
         let mut target = Target::try_new(0.0, 0.001).unwrap();

@@ -165,6 +165,9 @@ pub(super) struct PositioningTrialsArgs {
     #[arg(long, alias = "trials", value_name = "N", default_value = "1000")]
     #[arg(value_parser = MOTORS, allow_negative_numbers = true)]
     motors: u64,
+    /// Distance from the target that counts as reached; 0.0005 if neither flag nor scene says another
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    tolerance: Option<String>,
     /// Run the simpler strategies and the other filters as well, each on this many motors
     #[arg(long, value_name = "N", value_parser = MOTORS, allow_negative_numbers = true)]
     compare: Option<u64>,
@@ -185,15 +188,24 @@ pub(super) struct PositioningTrialsArgs {
 
 impl PositioningTrialsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let scene = self.map.provide(self.scene.load("positioning-trials", &[])?)?;
+        let scene = self.map.provide(
+            self.scene.load("positioning-trials", &[("position.tolerance_deg", &self.tolerance)])?,
+        )?;
         let request = Request::of_scene("positioning-trials", &scene);
         self.parts.refuse("--compare", self.compare.is_some())?;
         self.parts.refuse("--beside", self.beside.is_given())?;
         let measuring_s = positioning_trials::measuring_s(&scene);
+        let tolerance_deg = positioning_trials::tolerance_deg(&scene);
         if let Some(trials) = self.parts.merged(|trial: &PositioningTrial| trial.number)? {
             let trials = StrategyTrials::merged(&scene, trials);
             let publication = self.publication.open(&self.out)?;
-            let whole = PositioningTrials { trials, others: Vec::new(), measuring_s, beside: Vec::new() };
+            let whole = PositioningTrials {
+                trials,
+                others: Vec::new(),
+                tolerance_deg,
+                measuring_s,
+                beside: Vec::new(),
+            };
             return Ok(publication.publish(Self::findings(&whole)?, &request)?);
         }
         let plan = positioning_trials::PositioningTrialsPlan::new(&scene, Strategy::Planned, self.motors)?;
@@ -215,7 +227,8 @@ impl PositioningTrialsArgs {
         let others: Result<Vec<_>, RunError> = others.iter().map(|plan| plan.run(&progress)).collect();
         let beside: Result<Vec<_>, RunError> =
             beside.into_iter().map(|other| other.and_then(|plan| plan.run(&progress))).collect();
-        let report = PositioningTrials { trials, others: others?, measuring_s, beside: beside? };
+        let report =
+            PositioningTrials { trials, others: others?, tolerance_deg, measuring_s, beside: beside? };
         bar.finish_and_clear();
         Ok(publication.publish(Self::findings(&report)?, &request)?)
     }

@@ -74,10 +74,10 @@ pub(super) const READERS: [Reader; 16] = [
         )
     },
     Reader {
-        overwrites: &["position"],
+        overwrites: &["position.to_deg", "position.deadline_s", "position.hold_s"],
         ..reader(
             "positioning-trials",
-            &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator"],
+            &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"],
         )
     },
     Reader {

@@ -204,7 +204,13 @@ fn positioning_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>,
             positioning_trials::PositioningTrialsPlan::new(scene, Strategy::Planned, effort.tilting_trials);
         plan?.run(&|_| ())
     })?;
-    let found = positioning_trials::PositioningTrials { trials, others: others?, measuring_s, beside };
+    let found = positioning_trials::PositioningTrials {
+        trials,
+        others: others?,
+        tolerance_deg: positioning_trials::tolerance_deg(scene),
+        measuring_s,
+        beside,
+    };
     Ok(found.page_values(tilting::HEIGHT_ONLY))
 }
 

@@ -70,6 +70,27 @@ fn tool_positioning_trials_are_the_same_on_any_number_of_threads() {
     assert!(number(&trials, "p95_mdeg") <= number(&trials, "p999_mdeg"));
 }
 
+/// A tolerance of one's own is asked for, bounds the settling, and is set beside the time that was promised; a scene
+/// beside may ask for another.
+#[test]
+fn tool_positioning_trials_to_a_tolerance_of_ones_own() {
+    let folder = folder();
+    let trials = ["positioning-trials", "--motors", "2", "--seed", "100", "--tolerance", "0.01"];
+    let more = ["--beside", "position.tolerance_deg=0.02", "--format", "json"];
+    let found = json(folder.path(), &[&trials[..], &more].concat());
+    assert_between(number(&found, "tolerance_deg"), 0.01, 0.01, "tolerance");
+    // Frames of 12 milli-degrees each, to a tolerance of 1.96 standard deviations.
+    let measuring_s = (12.0 * 1.96 / 10.0_f64).powi(2) * 1e-4;
+    assert_between(number(&found, "measuring_s"), 0.99 * measuring_s, 1.01 * measuring_s, "bound");
+    let promised_s = |of: &serde_json::Value| number(of, "median_promised_s");
+    assert!(promised_s(&found) > promised_s(&found["beside"][0]), "{found}");
+    assert!(number(&found, "median_promised_95_s") > promised_s(&found), "{found}");
+    assert_between(number(&found, "refused"), 0.0, 0.0, "refused");
+    let refused = ["positioning-trials", "--motors", "2", "--tolerance", "0.00001"];
+    refuses(folder.path(), &refused, &["position.tolerance_deg", "0.0001"]);
+    refuses(folder.path(), &["positioning-trials", "--set", "position.to_deg=3"], &["position.to_deg"]);
+}
+
 /// A plant that takes longer steps at rest ends where it does in single steps: to a few thousandths of the turn by
 /// short bursts. A long walk of some motors is chaotic: a start that is rounded otherwise changes it by some percent.
 #[test]

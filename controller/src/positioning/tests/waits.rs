@@ -139,3 +139,36 @@ fn law_an_uncertain_angle_ends_no_cruise_for_ever() {
         assert_eq!(begun, cruises, "{target_mdeg}");
     }
 }
+
+/// A tenth of a milli-degree, asked of an estimate that never becomes better than 0.06: the move ends for that reason, in
+/// three windows of measuring and a few drives.
+#[test]
+fn law_a_tolerance_that_cannot_be_measured_ends_the_move() {
+    for target_mdeg in [0.0, -0.05, -0.3, -5.0, 3.0] {
+        let mut scenario = Scenario::new(target_mdeg, 0.1);
+        scenario.sigma_mdeg = 0.06;
+        let mut drives = 0;
+        while !matches!(scenario.phase(), PositioningPhase::Stopped(_)) {
+            assert!(scenario.now.nanos() < 3_000_000_000, "{target_mdeg} {:?}", scenario.phase());
+            scenario.drive(|_, _| 1.0);
+            drives += u32::from(matches!(scenario.phase(), PositioningPhase::Burst { .. }));
+        }
+        assert_eq!(scenario.phase(), PositioningPhase::Stopped(StopReason::NotMeasurable), "{target_mdeg}");
+        assert!(drives <= 10, "{target_mdeg} {drives}");
+    }
+}
+
+/// A rotor nearer to the target than the shortest step turns it, and not near enough for the tolerance: it is brought to
+/// the target, from clockwise of it, without waiting for the deadline.
+#[test]
+fn law_a_rotor_too_near_for_a_step_is_brought_to_the_target() {
+    for target_mdeg in [-0.05, -0.06, -0.08, -0.12] {
+        let mut scenario = Scenario::new(target_mdeg, 0.1);
+        scenario.sigma_mdeg = 0.04;
+        while scenario.phase() != PositioningPhase::Holding {
+            assert!(scenario.now.nanos() < 1_000_000_000, "{target_mdeg} {:?}", scenario.phase());
+            scenario.drive(|_, _| 1.0);
+        }
+        assert!((scenario.mdeg - target_mdeg).abs() <= 0.1, "{target_mdeg} {}", scenario.mdeg);
+    }
+}

@@ -1,6 +1,6 @@
 //! The report on the trials: how far off the moves end, how sure that is, and beside what.
 
-use super::{PositioningTrial, PositioningTrials, StrategyTrials, TOLERANCE_DEG, TrialSummary};
+use super::{PositioningTrial, PositioningTrials, StrategyTrials, TrialSummary};
 use crate::report::key_figure::KeyFigure;
 use crate::studies::positioning_trials::tables::{millidegrees, name_of};
 use crate::studies::study_report::StudyReport;
@@ -18,7 +18,7 @@ impl PositioningTrials {
             verdict: verdict(&summary),
             asked: vec![
                 ("moves", format!("{}, each of a motor and to a target of its own", summary.trials)),
-                ("tolerance", format!("{TOLERANCE_DEG} deg")),
+                ("tolerance", format!("{} deg", self.tolerance_deg)),
                 ("beside", format!("{} strategies and filters, {} scenes", self.others.len(), self.beside.len())),
             ],
             pictures: vec![("positioning-trials.svg".to_owned(), self.figure())],

@@ -40,6 +40,14 @@ pub struct TrialSummary {
     pub median_settle_s: f64,
     /// What 95 % of them take at most.
     pub p95_settle_s: f64,
+    /// Trials whose tolerance cannot be met before the deadline, as was said before.
+    pub refused: usize,
+    /// Median time that was promised to the others.
+    pub median_promised_s: f64,
+    /// Median of the time within which 95 % of such moves were promised to end.
+    pub median_promised_95_s: f64,
+    /// Share of the trials that settled which took longer than that.
+    pub late: f64,
     /// Median, over quarter turns that settled, of the time per its bound; over all moves if there was no quarter turn.
     pub settle_over_bound: f64,
     /// Median overshoot.
@@ -60,6 +68,7 @@ impl TrialSummary {
             |of: fn(&PositioningTrial) -> f64| trials.iter().map(|trial| of(trial)).collect::<Vec<f64>>();
         let error = |per_mille| quantile(all(|trial| trial.final_error_mdeg.abs()), per_mille);
         let settle: Vec<f64> = trials.iter().filter_map(|trial| trial.settle_s).collect();
+        let settled = settle.len();
         let ratios = |of_kind: fn(MoveKind) -> bool| -> Vec<f64> {
             let moves = trials.iter().filter(|trial| of_kind(trial.kind));
             moves.filter_map(|trial| Some(trial.settle_s? / trial.bound_s)).collect()
@@ -86,6 +95,13 @@ impl TrialSummary {
             max_mdeg: error(1000),
             median_settle_s: quantile(settle.clone(), 500),
             p95_settle_s: quantile(settle, 950),
+            refused: trials.iter().filter(|trial| trial.promised_s.is_none()).count(),
+            median_promised_s: quantile(trials.iter().filter_map(|trial| trial.promised_s).collect(), 500),
+            median_promised_95_s: quantile(
+                trials.iter().filter_map(|trial| trial.promised_95_s).collect(),
+                500,
+            ),
+            late: trials.iter().filter(|trial| trial.late()).count() as f64 / settled as f64,
             settle_over_bound: quantile(ratios, 500),
             median_overshoot_mdeg: quantile(all(|trial| 1e3 * trial.overshoot_deg), 500),
             median_switches: quantile(all(|trial| f64::from(trial.switches)), 500),

@@ -5,9 +5,7 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 
 use super::trial::FAILED_MDEG;
-use super::{
-    MoveKind, PositioningTrial, PositioningTrials, Strategy, StrategyTrials, TOLERANCE_DEG, TrialSummary,
-};
+use super::{MoveKind, PositioningTrial, PositioningTrials, Strategy, StrategyTrials, TrialSummary};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
@@ -42,8 +40,8 @@ pub(super) fn name_of(trials: &StrategyTrials) -> String {
 }
 
 /// The command that repeats a trial.
-fn command(trial: &PositioningTrial) -> String {
-    format!("host-sim position --to {} --seed {} --tolerance {TOLERANCE_DEG}", trial.target_deg, trial.seed)
+fn command(trial: &PositioningTrial, tolerance_deg: f64) -> String {
+    format!("host-sim position --to {} --seed {} --tolerance {tolerance_deg}", trial.target_deg, trial.seed)
 }
 
 impl PositioningTrials {
@@ -82,7 +80,9 @@ impl PositioningTrials {
                 .trials
                 .failures()
                 .take(LISTED_MAX)
-                .map(|trial| format!("`{}` ({:+.1} mdeg)", command(trial), trial.final_error_mdeg))
+                .map(|trial| {
+                    format!("`{}` ({:+.1} mdeg)", command(trial, self.tolerance_deg), trial.final_error_mdeg)
+                })
                 .collect();
             let _ = write!(text, " Failed: {}.", failures.join(", "));
         }
@@ -104,6 +104,7 @@ impl PositioningTrials {
             blocks.push(Block::Heading("Beside other strategies and filters".to_owned()));
             blocks.push(Block::Table(self.by_strategy()));
         }
+        blocks.extend(self.promises());
         if !self.beside.is_empty() {
             blocks.extend(self.side_by_side(FIRST).blocks());
         }
@@ -143,6 +144,7 @@ impl PositioningTrials {
             })
             .collect();
         object["measuring_s"] = json!(self.measuring_s);
+        object["tolerance_deg"] = json!(self.tolerance_deg);
         object["failed"] = json!(failed);
         for (key, kind) in kinds {
             object[key] = value(&self.trials.summary_of(kind));

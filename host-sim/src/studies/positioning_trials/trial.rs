@@ -1,5 +1,6 @@
 //! One trial: its target, what became of it, and the least time that it could take.
 
+use controller::MoveForecast;
 use controller::response_map::direction;
 use motor_model::DriveMode;
 use rand_distr::{Distribution, Uniform};
@@ -61,11 +62,23 @@ pub struct PositioningTrial {
     pub good_beyond_5_sigma: u64,
     /// The largest error of these; 0 if there is none.
     pub good_beyond_5_sigma_worst_mdeg: f64,
+    /// Time that was expected before the move; empty if the tolerance cannot be met before the deadline.
+    #[serde(default)]
+    pub promised_s: Option<f64>,
+    /// Time within which 95 % of such moves were promised to end; empty likewise.
+    #[serde(default)]
+    pub promised_95_s: Option<f64>,
 }
 
 impl PositioningTrial {
-    /// Trial `number`, a move of `kind` that ended as `outcome`.
-    pub(super) fn new(number: u64, kind: MoveKind, outcome: &MoveOutcome, bound_s: f64) -> Self {
+    /// Trial `number`, a move of `kind` that ended as `outcome`, with what was `promised` before it.
+    pub(super) fn new(
+        number: u64,
+        kind: MoveKind,
+        outcome: &MoveOutcome,
+        bound_s: f64,
+        promised: Option<MoveForecast>,
+    ) -> Self {
         Self {
             number,
             seed: outcome.seed,
@@ -83,7 +96,14 @@ impl PositioningTrial {
             beyond_3_sigma: outcome.stated.beyond_3_sigma,
             good_beyond_5_sigma: outcome.stated.good_beyond_5_sigma,
             good_beyond_5_sigma_worst_mdeg: outcome.stated.good_beyond_5_sigma_worst_mdeg,
+            promised_s: promised.map(|promised| promised.time_s.into()),
+            promised_95_s: promised.map(|promised| promised.time_95_s().into()),
         }
+    }
+
+    /// Whether it settled, and later than was promised to 95 % of such moves.
+    pub fn late(&self) -> bool {
+        self.settle_s.zip(self.promised_95_s).is_some_and(|(settle_s, promised_s)| settle_s > promised_s)
     }
 
     /// Whether the controller says that the target is reached although the rotor is further off than three tolerances.
@@ -124,9 +144,16 @@ pub(super) fn bound_s(scene: &Scene, target_deg: f64) -> f64 {
     target_deg.abs().to_radians() / rate + measuring_s(scene)
 }
 
-/// Time at rest after which [`TOLERANCE_DEG`] is 1.96 standard deviations of the mean of the frames.
+/// Tolerance of the trials of `scene`, in degrees: its own, or [`TOLERANCE_DEG`] if it sets none.
+pub fn tolerance_deg(scene: &Scene) -> f64 {
+    const KEY: &str = "position.tolerance_deg";
+    let own_deg = scene.number(KEY);
+    if scene.is_set(KEY) { own_deg } else { TOLERANCE_DEG }
+}
+
+/// Time at rest after which the tolerance is 1.96 standard deviations of the mean of the frames.
 pub fn measuring_s(scene: &Scene) -> f64 {
-    let wanted_rad = TOLERANCE_DEG.to_radians() / 1.96;
+    let wanted_rad = tolerance_deg(scene).to_radians() / 1.96;
     Camera::variance_rad2(scene) / (wanted_rad * wanted_rad) / scene.number("camera.frame_rate_hz")
 }
 
@@ -141,6 +168,13 @@ mod tests {
         let ratio = frame_mdeg / (0.5 / 1.96);
         let expected = ratio * ratio / 1e4;
         assert!((measuring_s(&Scene::default()) / expected - 1.0).abs() < 1e-9, "{expected}");
+    }
+
+    /// A fifth of the tolerance takes twenty-five times as long to measure.
+    #[test]
+    fn exact_a_finer_tolerance_is_measured_longer() {
+        let fine = Scene::of_sets(&["position.tolerance_deg=0.0001".to_owned()]).unwrap();
+        assert!((measuring_s(&fine) / measuring_s(&Scene::default()) / 25.0 - 1.0).abs() < 1e-9);
     }
 
     /// Shares, ranges and signs of 4,000 targets, within four standard deviations.

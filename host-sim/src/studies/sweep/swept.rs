@@ -89,7 +89,14 @@ impl SweptCommand {
             Self::PositioningTrials => {
                 let trials = PositioningTrialsPlan::new(scene, Strategy::Planned, sample)?.run(&|_| ())?;
                 let measuring_s = positioning_trials::measuring_s(scene);
-                PositioningTrials { trials, others: Vec::new(), measuring_s, beside: Vec::new() }.json()
+                PositioningTrials {
+                    trials,
+                    others: Vec::new(),
+                    tolerance_deg: positioning_trials::tolerance_deg(scene),
+                    measuring_s,
+                    beside: Vec::new(),
+                }
+                .json()
             }
             Self::Faults => {
                 let one = BesideScene { name: FIRST.to_owned(), scene: scene.clone() };

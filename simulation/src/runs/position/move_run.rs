@@ -58,7 +58,7 @@ impl MoveRun {
         let outcome =
             || MoveOutcome { marks: self.closed_loop.mark_counts(), ..self.sums.outcome(&tick, &self.scene) };
         match moment.report.phase {
-            PositioningPhase::Stopped(why) => Some(outcome().stopped(why)),
+            PositioningPhase::Stopped(why) => Some(outcome().stopped(why, &self.scene)),
             PositioningPhase::Holding if self.sums.held_nanos(moment.at) >= self.hold_nanos => {
                 Some(outcome())
             }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::reason;
 use crate::runs::rotor_tilt::TiltFigures;
 use crate::runs::stated_errors::StatedErrors;
+use crate::scene::Scene;
 use crate::world::instruments::camera::MarkCounts;
 
 /// What became of a move.
@@ -95,8 +96,8 @@ impl MoveOutcome {
     }
 
     /// The same of a controller that gave up.
-    pub(super) fn stopped(self, why: StopReason) -> Self {
-        let (reason, hint) = reason::sentences(why, &self);
+    pub(super) fn stopped(self, why: StopReason, scene: &Scene) -> Self {
+        let (reason, hint) = reason::sentences(why, &self, scene);
         Self { stopped: Some(format!("{why:?}")), reason: Some(reason), hint: Some(hint), ..self }
     }
 }

@@ -3,9 +3,10 @@
 use controller::StopReason;
 
 use super::MoveOutcome;
+use crate::scene::Scene;
 
-/// The reason and the hint for a move with that outcome.
-pub(super) fn sentences(why: StopReason, outcome: &MoveOutcome) -> (String, String) {
+/// The reason and the hint for a move of `scene` with that outcome.
+pub(super) fn sentences(why: StopReason, outcome: &MoveOutcome, scene: &Scene) -> (String, String) {
     let (reason, hint) = match why {
         StopReason::Cancelled => ("the move was cancelled".to_owned(), "nothing"),
         StopReason::TimedOut => timed_out(outcome),
@@ -39,14 +40,24 @@ pub(super) fn sentences(why: StopReason, outcome: &MoveOutcome) -> (String, Stri
         ),
         StopReason::NotMeasurable => (
             format!(
-                "the angle cannot be measured to {} deg before the deadline with these instruments",
-                outcome.tolerance_deg
+                "the angle cannot be measured to {} deg before the deadline with these instruments{}",
+                outcome.tolerance_deg,
+                needed(scene)
             ),
             "a wider position.tolerance_deg, a later position.deadline_s, or a camera with less noise per frame",
         ),
         StopReason::NoEstimate => no_estimate(outcome),
     };
     (reason, hint.to_owned())
+}
+
+/// What measuring would need by the forecast, to be appended.
+fn needed(scene: &Scene) -> String {
+    match super::forecast(scene) {
+        Ok(Ok(forecast)) => format!("; as a rule it takes {:.1} s", forecast.measuring_s),
+        Ok(Err(unreachable)) => format!(": {unreachable}"),
+        Err(_) => String::new(),
+    }
 }
 
 fn timed_out(outcome: &MoveOutcome) -> (String, &'static str) {
