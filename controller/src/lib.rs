@@ -130,4 +130,5 @@ pub use response_map::ResponseMap;
 pub use target::{Limits, Target, Travel};
 pub use tick::{
     Fused, PositionLoop, RateLoop, RateReport, TICK_NANOS, TickReport, fuse, tick, tick_by, tick_rate,
+    tick_rate_by,
 };

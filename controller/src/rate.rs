@@ -19,12 +19,13 @@ mod profile;
 #[cfg(test)]
 mod tests;
 
-use estimator::{Estimate, Health};
+use estimator::{Estimate, Health, Instruments};
 use motor_model::{Angle, AngleAccumulator, DriveCommand, DriveMode, Time};
 
 pub use self::limits::{RateLimits, RateStop};
 use self::limits::{RateState, RateWatch};
 pub use self::profile::{Profile, RATE_MAX_RAD_S};
+use crate::positioning::PositioningTuning;
 use crate::response_map::{ResponseMap, direction};
 
 /// Tuning of the rate controller.
@@ -59,6 +60,12 @@ impl Default for RateTuning {
 }
 
 impl RateTuning {
+    /// The default for `instruments`: a slow camera needs a longer window to see that the rotor follows.
+    pub fn new(instruments: &Instruments) -> Self {
+        let progress_window_nanos = PositioningTuning::new(instruments).progress_window_nanos;
+        Self { limits: RateLimits { progress_window_nanos, ..RateLimits::default() }, ..Self::default() }
+    }
+
     /// For a smooth rate: an error is corrected in a tenth of a second and the rotor is never driven back, so that the
     /// amplitude hardly changes. At 160 deg/s the ripple is a third of the rate, as with a constant amplitude; with
     /// the default, which follows the reference closely, it is more than a half.
@@ -76,6 +83,7 @@ pub struct RateHold {
     decided_at: Time,
     reference: Option<AngleAccumulator<f32>>,
     command: DriveCommand,
+    since: Time,
     changed_at: Time,
     watch: RateWatch,
     stopped: Option<RateStop>,
@@ -91,6 +99,7 @@ impl RateHold {
             decided_at: now,
             reference: None,
             command: DriveCommand::OFF,
+            since: now,
             changed_at: now,
             watch: RateWatch::default(),
             stopped: None,
@@ -105,6 +114,11 @@ impl RateHold {
     /// The commanded rate at `now`, in rad/s.
     pub fn wanted_rad_s(&self, now: Time) -> f32 {
         self.profile.rate_rad_s(now.seconds_since(self.started_at))
+    }
+
+    /// Since when the present command is given.
+    pub fn since(&self) -> Time {
+        self.since
     }
 
     /// The reference angle; `None` before the first usable estimate.
@@ -122,20 +136,32 @@ impl RateHold {
         estimate: Option<&Estimate<f32>>,
         health: Health,
     ) -> DriveCommand {
+        let command = self.choose(map, now, estimate, health);
+        if command != self.command {
+            (self.command, self.since) = (command, now);
+        }
+        command
+    }
+
+    fn choose(
+        &mut self,
+        map: &ResponseMap,
+        now: Time,
+        estimate: Option<&Estimate<f32>>,
+        health: Health,
+    ) -> DriveCommand {
         let usable = estimate.filter(|_| !matches!(health, Health::Unusable(_)));
         let dt_s: f32 = now.seconds_since(self.decided_at);
         let last_nanos = now.nanos_since(self.decided_at);
         self.decided_at = now;
         let Some(estimate) = usable else {
             self.reference = None;
-            self.command = DriveCommand::OFF;
-            return self.command;
+            return DriveCommand::OFF;
         };
         let rate_rad_s = self.wanted_rad_s(now);
         if rate_rad_s.abs() <= 0.0 {
             self.reference = Some(AngleAccumulator::at(estimate.angle));
-            self.command = DriveCommand::OFF;
-            return self.command;
+            return DriveCommand::OFF;
         }
         let reference = self.reference.get_or_insert(AngleAccumulator::at(estimate.angle));
         reference.turn_by_radians(rate_rad_s * dt_s);
@@ -144,12 +170,13 @@ impl RateHold {
         let state = RateState { last_nanos, driven, estimate, rate_rad_s };
         self.stopped = self.stopped.or_else(|| self.watch.check(&self.tuning.limits, map, &state));
         if self.stopped.is_some() {
-            self.command = DriveCommand::OFF;
-        } else if now.nanos_since(self.changed_at) >= self.tuning.hold_nanos {
-            self.changed_at = now;
-            self.command = self.tuning.drive(map, rate_rad_s, behind_rad);
+            return DriveCommand::OFF;
         }
-        self.command
+        if now.nanos_since(self.changed_at) < self.tuning.hold_nanos {
+            return self.command;
+        }
+        self.changed_at = now;
+        self.tuning.drive(map, rate_rad_s, behind_rad)
     }
 }
 

@@ -158,6 +158,8 @@ pub struct RateReport {
     pub wanted_rad_s: f32,
     /// The angle that the rotor should have; `None` before the first usable estimate.
     pub reference: Option<Angle>,
+    /// Since when the command is given.
+    pub since: Time,
     /// Why the rate is held no more; `None` while it is.
     pub stopped: Option<RateStop>,
 }
@@ -169,8 +171,19 @@ pub fn tick_rate<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
     ports: &mut P,
 ) -> RateReport {
     let RateLoop { filter, map, hold } = state;
+    tick_rate_by((*map).borrow(), filter, hold, now, ports)
+}
+
+/// The same with `map`, `filter` and `hold` in places of their own, as [`tick_by`].
+pub fn tick_rate_by<F: AngleFilter<f32>, P: Sense + Drive>(
+    map: &ResponseMap,
+    filter: &mut F,
+    hold: &mut RateHold,
+    now: Time,
+    ports: &mut P,
+) -> RateReport {
     let Fused { camera, estimate, health } = fuse(filter, now, ports);
-    let command = hold.decide((*map).borrow(), now, estimate.as_ref(), health);
+    let command = hold.decide(map, now, estimate.as_ref(), health);
     let applied = ports.drive(command);
     filter.drive(now, applied);
     RateReport {
@@ -181,6 +194,7 @@ pub fn tick_rate<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
         applied,
         wanted_rad_s: hold.wanted_rad_s(now),
         reference: hold.reference(),
+        since: hold.since(),
         stopped: hold.stopped(),
     }
 }

@@ -17,12 +17,14 @@
 //! |---|---|
 //! | this one | session, states and messages |
 //! | `description` | what the host tells before a move: instruments, motor, map, configuration |
-//! | `configured_move` | the bench as the host describes it, and the move that is configured on it |
+//! | `configured_move` | the bench as the host describes it, and the move or the rate that is configured on it |
+//! | `configured_rate` | the rate, and its end |
 //! | `forecast` | what a move will take, asked before it is configured |
 //! | `map_memory` | the response map, as it comes in parts |
 //! | `measurements`, `ports` | the queues of measurements until the next tick, and what a tick sees of the board |
 
 mod configured_move;
+mod configured_rate;
 mod description;
 mod forecast;
 mod map_memory;
@@ -33,7 +35,7 @@ mod tests;
 
 use core::mem;
 
-use controller::{PositionLoop, Positioning};
+use controller::PositionLoop;
 use estimator::LdvSample;
 use link::{
     Arrival, BoardFault, BoardMessage, Counters, Deframer, Expected, FRAME_BYTES_MAX, FrameError, Header,
@@ -42,9 +44,10 @@ use link::{
 use motor_model::{DriveCommand, Time};
 
 use crate::design::DesignedDrive;
+use crate::loop_report::LoopReport;
 use crate::telemetry::{ArmingState, Entry, Telemetry};
 pub use configured_move::MoveMemory;
-use configured_move::{Bench, Move};
+use configured_move::{Asked, Bench, Configured, Move};
 use measurements::MeasurementQueues;
 use ports::Ports;
 
@@ -57,9 +60,9 @@ pub const OVERRUNS_MAX: u32 = 10;
 /// What the loop may do.
 #[derive(Debug)]
 enum State {
-    /// Not armed. If a move is configured, its filter has no measurement yet.
+    /// Not armed. If a move or a rate is configured, its filter has no measurement yet.
     Safe,
-    /// The configured move runs.
+    /// The configured move or rate runs.
     Armed,
     /// Arming is refused until a stop.
     Latched(BoardFault),
@@ -228,18 +231,22 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     }
 
     /// The tick of the loop, if it is armed; otherwise the drive is off.
-    fn run(&mut self) -> Option<controller::TickReport> {
+    fn run(&mut self) -> Option<LoopReport> {
         let Self { state, memory: MoveMemory { configured, filter, map }, measurements, amplifier, .. } =
             self;
-        let (State::Armed, Some(Move { positioning, .. }), Some(filter), Ok(map)) =
-            (state, configured, filter, map.map())
+        let (State::Armed, Some(configured), Some(filter), Ok(map)) = (state, configured, filter, map.map())
         else {
             amplifier.drive(DriveCommand::OFF);
             return None;
         };
         let now = time(self.elapsed_ticks);
         let ports = &mut Ports { measurements, amplifier };
-        Some(controller::tick_by(map, filter, positioning, now, ports))
+        Some(match configured {
+            Configured::Move(Move { positioning, .. }) => {
+                LoopReport::Move(controller::tick_by(map, filter, positioning, now, ports))
+            }
+            Configured::Rate(rate) => rate.tick(map, filter, now, ports),
+        })
     }
 
     fn arming(&self) -> ArmingState {
@@ -312,14 +319,14 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         self.state = State::Latched(fault);
     }
 
-    /// Goes to the state safe. If a move was running, it is configured anew: its filter has no measurement.
+    /// Goes to the state safe. What was running is configured anew: its filter has no measurement.
     fn stop(&mut self) {
         self.amplifier.drive(DriveCommand::OFF);
         let was_armed = !matches!(mem::replace(&mut self.state, State::Safe), State::Safe);
         self.measurements.clear();
         self.overruns_in_a_row = 0;
-        if let Some(Move { configuration, .. }) = self.memory.configured.as_ref().filter(|_| was_armed) {
-            self.configure(*configuration);
+        if let Some(configured) = self.memory.configured.as_ref().filter(|_| was_armed) {
+            self.configure(configured.asked());
         }
     }
 
@@ -361,7 +368,8 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
                 self.stop();
                 BoardMessage::Welcome { tick_nanos: PositionLoop::TICK_NANOS }
             }
-            HostMessage::Configure(configuration) => self.configure(*configuration),
+            HostMessage::Configure(configuration) => self.configure(Asked::Move(*configuration)),
+            HostMessage::ConfigureRate(configuration) => self.configure(Asked::Rate(*configuration)),
             HostMessage::Instruments(instruments) => self.describe(|bench| {
                 bench.instruments = instruments.checked()?;
                 Ok(())
@@ -405,8 +413,8 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         let MoveMemory { configured, map, .. } = &mut *self.memory;
         match (&self.state, configured, map.map()) {
             (State::Armed, ..) => BoardMessage::Armed,
-            (State::Safe, Some(Move { target, tuning, positioning, .. }), Ok(map)) => {
-                *positioning = Positioning::new(map, *target, *tuning, time(self.elapsed_ticks));
+            (State::Safe, Some(configured), Ok(map)) => {
+                configured.begin(map, time(self.elapsed_ticks));
                 self.state = State::Armed;
                 BoardMessage::Armed
             }

@@ -5,6 +5,7 @@
 //! | module | in | out |
 //! |---|---|---|
 //! | [`application`] | bytes of the host, measurements | ticks of the loop, commands, frames to the host |
+//! | [`loop_report`] | the report of either loop | what the log and the host take of it |
 //! | [`filter`] | a configuration | the filter that it selects |
 //! | [`design`] | the design of the motor | the frequencies of its drive |
 //! | [`waveform`] | commands | samples of a sine with continuous phase |
@@ -39,6 +40,7 @@ pub mod application;
 pub mod board;
 pub mod design;
 pub mod filter;
+pub mod loop_report;
 #[cfg(target_os = "none")]
 pub mod semihosting;
 pub mod stack_gauge;

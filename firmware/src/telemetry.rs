@@ -22,10 +22,11 @@ mod log;
 #[cfg(all(target_os = "none", feature = "stm32g474"))]
 mod rtt;
 
-use controller::{PositioningPhase, TickReport};
 use estimator::{Estimate, Health, Innovation, Verdict};
 use link::Counters;
 use motor_model::DriveCommand;
+
+use crate::loop_report::{LoopPhase, LoopReport};
 
 #[cfg(all(target_os = "none", not(feature = "stm32g474")))]
 pub use host_file::open;
@@ -82,8 +83,8 @@ pub enum Entry {
         /// Frames that were refused since the last such entry.
         refused: u32,
     },
-    /// The phase of positioning from now on.
-    Phase(PositioningPhase),
+    /// The phase of a move or a rate from now on.
+    Phase(LoopPhase),
     /// Whether the estimate may be used from now on.
     Health(Health),
     /// The drive from now on.
@@ -100,7 +101,7 @@ pub enum Entry {
 pub struct Telemetry {
     /// Values of the last entries of their kind.
     arming: ArmingState,
-    phase: Option<PositioningPhase>,
+    phase: Option<LoopPhase>,
     health: Option<Health>,
     drive: (DriveCommand, DriveCommand),
     /// Ticks at which the next entry of any kind, or of one kind, is due.
@@ -137,8 +138,8 @@ impl Default for Telemetry {
 
 impl Telemetry {
     /// Records tick number `tick`; `report` is that of the loop, if it was armed.
-    pub fn note(&mut self, tick: u64, arming: ArmingState, report: Option<&TickReport>, counters: &Counters) {
-        let camera = report.and_then(|report| report.camera);
+    pub fn note(&mut self, tick: u64, arming: ArmingState, report: Option<&LoopReport>, counters: &Counters) {
+        let camera = report.and_then(LoopReport::camera);
         if let Some(innovation) = camera.filter(|camera| matches!(camera.verdict, Verdict::Rejected(_))) {
             self.refused = self.refused.saturating_add(1);
             self.last_refused = Some(innovation);
@@ -164,15 +165,14 @@ impl Telemetry {
         &mut self,
         tick: u64,
         arming: ArmingState,
-        report: Option<&TickReport>,
+        report: Option<&LoopReport>,
         counters: &Counters,
     ) -> Option<Entry> {
         if arming != self.arming {
             self.arming = arming;
             return Some(Entry::Arming(arming));
         }
-        if let Some(estimate) = report.and_then(|report| report.estimate).filter(|_| tick >= self.estimate_at)
-        {
+        if let Some(estimate) = report.and_then(LoopReport::estimate).filter(|_| tick >= self.estimate_at) {
             self.estimate_at = tick + TICKS_PER_ESTIMATE;
             return Some(Entry::Estimate(estimate));
         }
@@ -181,21 +181,23 @@ impl Telemetry {
             let clocks_max = core::mem::take(&mut self.clocks_max);
             return Some(Entry::Timing { clocks_max, counters: *counters });
         }
-        let TickReport { camera, command, applied, phase, health, .. } = *report?;
-        if let Some(innovation) = self.last_refused.or(camera).filter(|_| tick >= self.innovation_at) {
+        let report = report?;
+        if let Some(innovation) = self.last_refused.or(report.camera()).filter(|_| tick >= self.innovation_at)
+        {
             self.innovation_at = tick + TICKS_PER_INNOVATION;
             self.last_refused = None;
             let refused = core::mem::take(&mut self.refused);
             return Some(Entry::Innovation { innovation, refused });
         }
+        let (phase, health, drive) = (report.phase(), report.health(), report.drive());
         if self.phase.replace(phase) != Some(phase) {
             return Some(Entry::Phase(phase));
         }
         if self.health.replace(health) != Some(health) {
             return Some(Entry::Health(health));
         }
-        let drive = (command, applied);
         if core::mem::replace(&mut self.drive, drive) != drive {
+            let (command, applied) = drive;
             return Some(Entry::Drive { command, applied });
         }
         None

@@ -4,6 +4,7 @@
 //!
 //! - [`HostMessage`], [`BoardMessage`]: all that is sent.
 //! - [`Configuration`]: which filter, which target. [`TickRecord`]: what a tick of the loop did, every bit of it.
+//! - [`RateConfiguration`]: which rate, for how long, within which limits. [`RatePhase`]: what becomes of it.
 //! - [`MapRows`], [`map_messages`]: a response map, a few rows in each frame; [`MapFault`]: why it is refused.
 //! - [`ForecastAnswer`]: what a move will take, or the tolerance that can be met instead.
 //! - [`numbering`]: the numbers of enumerations, both ways.
@@ -51,6 +52,7 @@ pub mod frame;
 mod map_rows;
 mod message;
 pub mod numbering;
+mod rate;
 mod sequence;
 mod tick_record;
 
@@ -73,5 +75,6 @@ pub use message::{
     LdvRecords, MotorParameterRecord, SettingKey,
 };
 pub use numbering::{Coded, Numbered, PhaseRecord};
+pub use rate::{RateConfiguration, RateLimitsRecord, RatePhase, RateRecord};
 pub use sequence::{Arrival, Sequence};
 pub use tick_record::{CommandRecord, EstimateRecord, InnovationRecord, TickRecord};

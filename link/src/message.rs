@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::forecast::ForecastAnswer;
 use crate::map_rows::{MapEnd, MapFault, MapRows};
+use crate::rate::RateConfiguration;
 use crate::tick_record::TickRecord;
 
 /// From the host to the board.
@@ -44,6 +45,9 @@ pub enum HostMessage {
     /// Asks what this move will take from angle zero, on the bench that was described; any filter gives the same
     /// answer. Nothing moves, and the configuration stays as it is. Refused while armed.
     Forecast(Configuration),
+    /// The rate to hold once armed, instead of a move. Refused as a whole when a value is out of bounds, and while
+    /// armed.
+    ConfigureRate(RateConfiguration),
 }
 
 /// From the board to the host.
@@ -54,7 +58,7 @@ pub enum BoardMessage {
         /// Period of the loop.
         tick_nanos: u64,
     },
-    /// The configuration is taken.
+    /// The configuration of a move or a rate is taken.
     Configured,
     /// The loop may drive from now on.
     Armed,

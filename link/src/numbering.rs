@@ -11,11 +11,14 @@
 use core::fmt;
 use core::marker::PhantomData;
 
+use controller::rate::RateStop;
 use controller::response_map::{Family, MapField, MapPlace};
 use controller::{PositioningPhase, StopReason};
 use estimator::{Health, Reason, Rejection, Source, Verdict};
 use motor_model::DriveMode;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::rate::RatePhase;
 
 /// A value that goes over the wire as one byte.
 pub trait Numbered: Copy {
@@ -130,7 +133,7 @@ numbered!(MapField {
     8 = [Self::CoastSd],
 });
 
-/// [`PositioningPhase`] on the wire: without what other fields of the report tell already.
+/// [`PositioningPhase`] on the wire, or the phase of a rate: without what other fields of the report tell already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PhaseRecord {
     /// No usable estimate. The health of the report says why.
@@ -147,6 +150,8 @@ pub enum PhaseRecord {
     Holding,
     /// Given up, and why.
     Stopped(StopReason),
+    /// A rate, and what becomes of it.
+    Rate(RatePhase),
 }
 
 impl From<PositioningPhase> for PhaseRecord {
@@ -181,6 +186,13 @@ numbered!(PhaseRecord {
     14 = [Self::Stopped(StopReason::KeepsTurning)],
     15 = [Self::Stopped(StopReason::NotMeasurable)],
     16 = [Self::Stopped(StopReason::NoEstimate)],
+    17 = [Self::Rate(RatePhase::Waiting)],
+    18 = [Self::Rate(RatePhase::Following)],
+    19 = [Self::Rate(RatePhase::Over)],
+    20 = [Self::Rate(RatePhase::Stopped(RateStop::Stuck))],
+    21 = [Self::Rate(RatePhase::Stopped(RateStop::WrongWay))],
+    22 = [Self::Rate(RatePhase::Stopped(RateStop::EndOfTravel))],
+    23 = [Self::Rate(RatePhase::Stopped(RateStop::DrivenTooLong))],
 });
 
 /// The byte of a `T` as it came over the wire. Two are equal when their bytes are.
@@ -282,15 +294,15 @@ mod tests {
         }
     }
 
-    /// As many as the enumerations have values: 2 and twice 11 reasons, 1, 2 and 6 rejections, off and 2 modes, 6 and
-    /// 11 reasons, 5 families, these and the cruises, 9 numbers.
+    /// As many as the enumerations have values: 2 and twice 11 reasons, 1, 2 and 6 rejections, off and 2 modes, 6
+    /// phases and 11 reasons, 3 phases of a rate and 4 reasons, 5 families, these and the cruises, 9 numbers.
     #[test]
     fn exact_every_value_comes_back_and_other_numbers_have_none() {
         check_round_trip::<Health>(28);
         check_round_trip::<Source>(1);
         check_round_trip::<Verdict>(8);
         check_round_trip::<Option<DriveMode>>(3);
-        check_round_trip::<PhaseRecord>(17);
+        check_round_trip::<PhaseRecord>(24);
         check_round_trip::<Family>(5);
         check_round_trip::<MapPlace>(6);
         check_round_trip::<MapField>(9);
@@ -305,6 +317,7 @@ mod tests {
         assert_eq!(Some(DriveMode::C).number(), 2);
         assert_eq!(PhaseRecord::Stopped(StopReason::ModeCLost).number(), 12);
         assert_eq!(PhaseRecord::Stopped(StopReason::NoEstimate).number(), 16);
+        assert_eq!(PhaseRecord::Rate(RatePhase::Stopped(RateStop::EndOfTravel)).number(), 22);
         assert_eq!((Family::Throw.number(), MapPlace::Bursts(Family::Throw).number()), (4, 5));
         assert_eq!(MapField::CoastSd.number(), 8);
     }

@@ -1,14 +1,15 @@
-//! [`controller::TickReport`] on the wire, to the last bit.
+//! [`controller::TickReport`] and [`controller::RateReport`] on the wire, to the last bit.
 //!
 //! Each part of the report has a record of the same fields. Times are in ns since the board's start, angles in units
 //! of 2^-32 turn, and an enumeration is its number ([`crate::numbering`]).
 
-use controller::{PositioningPhase, TickReport};
+use controller::{PositioningPhase, RateReport, TickReport};
 use estimator::{Estimate, Health, Innovation, Source, Verdict};
-use motor_model::{DriveCommand, DriveMode};
+use motor_model::{Angle, DriveCommand, DriveMode};
 use serde::{Deserialize, Serialize};
 
 use crate::numbering::{Coded, PhaseRecord};
+use crate::rate::{RatePhase, RateRecord};
 
 /// What a tick of the loop did.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,10 +24,13 @@ pub struct TickRecord {
     pub command: CommandRecord,
     /// The command really applied.
     pub applied: CommandRecord,
-    /// What positioning is doing.
+    /// What the controller is doing.
     pub phase: Coded<PhaseRecord>,
-    /// When the cruise or burst under way began, in ns; 0 when there is none.
+    /// When the cruise or burst under way began, in ns; 0 when there is none. Of a rate, since when the command is
+    /// given.
     pub since_nanos: u64,
+    /// What is asked of the rotor; `None` of a move.
+    pub rate: Option<RateRecord>,
 }
 
 /// [`Estimate`] on the wire.
@@ -146,17 +150,35 @@ impl From<&TickReport> for TickRecord {
             applied: applied.into(),
             phase: PhaseRecord::from(phase).into(),
             since_nanos,
+            rate: None,
+        }
+    }
+}
+
+impl From<&RateReport> for TickRecord {
+    fn from(report: &RateReport) -> Self {
+        let RateReport { estimate, health, camera, command, applied, wanted_rad_s, reference, since, .. } =
+            *report;
+        Self {
+            estimate: estimate.map(EstimateRecord::from),
+            health: health.into(),
+            camera: camera.map(InnovationRecord::from),
+            command: command.into(),
+            applied: applied.into(),
+            phase: PhaseRecord::Rate(RatePhase::from(report)).into(),
+            since_nanos: since.nanos(),
+            rate: Some(RateRecord { wanted_rad_s, reference_units: reference.map(Angle::units) }),
         }
     }
 }
 
 impl TickRecord {
     /// Number of fields.
-    pub const FIELDS: usize = 21;
+    pub const FIELDS: usize = 23;
 
     /// Every field by name, with its bits; `None` where its part of the report is absent.
     pub fn fields(&self) -> [(&'static str, Option<u64>); Self::FIELDS] {
-        let Self { estimate, health, camera, command, applied, phase, since_nanos } = *self;
+        let Self { estimate, health, camera, command, applied, phase, since_nanos, rate } = *self;
         let bits = |value: f32| u64::from(value.to_bits());
         let of_estimate = |field: fn(&EstimateRecord) -> u64| estimate.as_ref().map(field);
         let of_estimate_bits = |field: fn(&EstimateRecord) -> f32| estimate.as_ref().map(field).map(bits);
@@ -184,6 +206,8 @@ impl TickRecord {
             ("applied.frequency_offset_hz", Some(bits(applied.frequency_offset_hz))),
             ("phase", Some(phase.number().into())),
             ("since_nanos", Some(since_nanos)),
+            ("rate.wanted_rad_s", rate.map(|rate| bits(rate.wanted_rad_s))),
+            ("rate.reference_units", rate.and_then(|rate| rate.reference_units).map(i64::cast_unsigned)),
         ]
     }
 
@@ -221,12 +245,13 @@ mod tests {
         };
         let mut bytes = [0; 64];
         let bytes = postcard::to_slice(&TickRecord::from(&report), &mut bytes).unwrap();
-        let expected: [&[u8]; 6] = [
+        let expected: [&[u8]; 7] = [
             &[0, 4],
             &[1, 0, 5, 0, 0, 0x80, 0x3f, 0, 0, 0, 0x40, 3],
             &[2, 0, 0, 0x80, 0x3f, 0, 0, 0, 0],
             &[0, 0, 0, 0, 0, 0, 0, 0, 0],
             &[4],
+            &[0],
             &[0],
         ];
         assert!(expected.iter().copied().flatten().eq(bytes.iter()), "{bytes:?}");

@@ -12,8 +12,8 @@ use rand_core::Rng as _;
 use rand_pcg::Pcg64;
 use serde_json::Value;
 use simulation::Scene;
-use simulation::runs::position;
 use simulation::runs::tick_driver::TickMeasurements;
+use simulation::runs::{position, rate};
 
 use crate::host_sim;
 
@@ -311,4 +311,26 @@ fn tool_pil_names_the_first_difference() {
     let difference = run.difference.expect("there is one");
     let said = "step 321 of seed 6: applied.amplitude is 0x1 on the microcontroller and 0x0 on the host";
     assert_eq!((run.identical, run.steps, difference.to_string().as_str()), (false, 321, said));
+}
+
+/// The firmware holds the rate that the host holds, to the last bit, clockwise by the simplest filter and the other way
+/// by that which uses impacts, on either board; and where nothing turns the rotor, it stops when the host does.
+#[test]
+fn dual_pil_holds_the_rate_that_the_host_holds() {
+    let turning = ["rate.deg_s=160", "rate.duration_s=0.5", "plant.step_s=5e-6"];
+    let back =
+        ["rate.deg_s=-40", "rate.duration_s=0.5", "estimator.filter=impact_aided", "plant.step_s=5e-6"];
+    let dead = ["rate.deg_s=500", "rate.duration_s=0.5", "faults=drive:dead", "plant.step_s=5e-6"];
+    for (sets, kind, stopped) in
+        [(&turning[..], Board::M4, None), (&back, Board::M7, None), (&dead, Board::M4, Some("Stuck"))]
+    {
+        let scene = scene(sets);
+        let mut board = LockStepBoard::start(elf().as_ref(), kind, Wiring::default()).expect("QEMU starts");
+        let run = host_sim::board::pil::hold_rate(&scene, &mut board).expect("it answers");
+        board.finish().expect("it ends well");
+        assert_eq!((run.difference, run.steps), (None, 50_000), "{sets:?}");
+        let alone = rate::run(&scene, |_| ()).expect("a scene");
+        assert_eq!(alone.stopped.as_deref(), stopped, "{alone:?}");
+        assert_eq!(run.outcome, Some(alone), "{sets:?}");
+    }
 }

@@ -57,6 +57,26 @@ fn law_the_reference_turns_at_the_rate_and_the_drive_follows_it() {
     }
 }
 
+/// A command is given since the tick that decided it first, and the drive is off since the tick that lost the estimate.
+#[test]
+fn exact_a_command_is_given_since_it_changed() {
+    let at = |tick| Time::from_nanos(tick * crate::TICK_NANOS);
+    let mut hold = RateHold::new(Profile::dwell(100.0).unwrap(), RateTuning::default(), at(0));
+    let (mut last, mut changes) = ((DriveCommand::OFF, at(0)), 0);
+    for tick in 1..=20_000 {
+        let (now, is_lost) = (at(tick), tick == 15_000);
+        let estimate = estimate(now, 0.0);
+        let command = hold.decide(map(), now, Some(&estimate).filter(|_| !is_lost), Health::Good);
+        if command != last.0 {
+            last = (command, now);
+            changes += 1;
+        }
+        assert_eq!((command, hold.since()), last, "tick {tick}");
+        assert!(!is_lost || command == DriveCommand::OFF);
+    }
+    assert!(changes > 100, "{changes}");
+}
+
 #[test]
 fn law_no_drive_on_an_unusable_estimate() {
     let profile = Profile::dwell(500.0).unwrap();

@@ -1,12 +1,13 @@
-//! The move that the host has configured: what it is made of, and the memory that it takes.
+//! The move or the rate that the host has configured: what it is made of, and the memory that it takes.
 //!
-//! The host describes its bench first, instruments, motor and map, and then configures the move on it.
+//! The host describes its bench first, instruments, motor and map, and then configures the move or the rate on it.
 
 use controller::{Limits, Positioning, PositioningTuning, ResponseMap, Target};
 use estimator::Instruments;
-use link::{Configuration, MapFault, MotorParameterRecord};
+use link::{Configuration, FilterKind, MapFault, MotorParameterRecord, RateConfiguration};
 use motor_model::{MotorParams, OutOfBounds, Parameter, Time};
 
+use super::configured_rate::Rate;
 use super::map_memory::MapMemory;
 use crate::filter::SelectedFilter;
 
@@ -41,16 +42,46 @@ impl Bench {
         self.design = self.design.with(*parameter, value)?;
         Ok(())
     }
+
+    /// The map in `memory`.
+    ///
+    /// # Errors
+    /// When it is incomplete, or for another motor.
+    pub(super) fn check_map<'m>(&self, memory: &'m MapMemory) -> Result<&'m ResponseMap, MapFault> {
+        let map = memory.map()?;
+        if *map.design() == self.design { Ok(map) } else { Err(MapFault::OtherDesign) }
+    }
+}
+
+/// What the host asks for.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Asked {
+    Move(Configuration),
+    Rate(RateConfiguration),
+}
+
+impl Asked {
+    fn filter(&self) -> FilterKind {
+        match self {
+            Self::Move(configuration) => configuration.filter,
+            Self::Rate(configuration) => configuration.filter,
+        }
+    }
 }
 
 /// A configuration that was checked. Its filter has a place of its own in [`MoveMemory`].
-///
-/// Construction of the filter computes in double precision and takes longer than a tick. It happens here, before
-/// arming.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "a program has one, and no heap")]
+pub(super) enum Configured {
+    Move(Move),
+    Rate(Rate),
+}
+
+/// A move that was checked.
 #[derive(Debug)]
 pub(super) struct Move {
-    pub(super) configuration: Configuration,
-    pub(super) target: Target,
+    configuration: Configuration,
+    target: Target,
     pub(super) tuning: PositioningTuning,
     /// The move begins at arming.
     pub(super) positioning: Positioning,
@@ -81,10 +112,7 @@ pub(super) fn asked<'m>(
     asked: &Configuration,
     bench: &Bench,
 ) -> Result<(&'m ResponseMap, Target, Limits), MoveError> {
-    let map = map.map()?;
-    if *map.design() != bench.design {
-        return Err(MapFault::OtherDesign.into());
-    }
+    let map = bench.check_map(map)?;
     let Configuration { target_deg, tolerance_deg, deadline_nanos, .. } = *asked;
     let target = Target::try_new(target_deg, tolerance_deg)?;
     #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
@@ -92,33 +120,60 @@ pub(super) fn asked<'m>(
     Ok((map, target, Limits { deadline_nanos, ..Limits::default() }))
 }
 
-impl Move {
-    /// Builds the move in `memory`, by the map there, or leaves `memory` unchanged.
-    pub(super) fn build(
-        memory: &mut MoveMemory,
-        configuration: Configuration,
-        bench: &Bench,
-    ) -> Result<(), MoveError> {
-        let (map, target, limits) = asked(&memory.map, &configuration, bench)?;
-        let tuning = PositioningTuning { limits, ..PositioningTuning::new(&bench.instruments) };
-        SelectedFilter::build(&mut memory.filter, configuration.filter, &bench.design, &bench.instruments)?;
-        let positioning = Positioning::new(map, target, tuning, Time::ZERO);
-        memory.configured = Some(Self { configuration, target, tuning, positioning });
+impl Configured {
+    /// Builds what is asked for in `memory`, by the map there, or leaves `memory` unchanged.
+    ///
+    /// Construction of the filter computes in double precision and takes longer than a tick. It happens here, before
+    /// arming.
+    pub(super) fn build(memory: &mut MoveMemory, asked: Asked, bench: &Bench) -> Result<(), MoveError> {
+        let configured = match asked {
+            Asked::Move(configuration) => Self::Move(Move::asked(&memory.map, configuration, bench)?),
+            Asked::Rate(configuration) => Self::Rate(Rate::asked(&memory.map, configuration, bench)?),
+        };
+        SelectedFilter::build(&mut memory.filter, asked.filter(), &bench.design, &bench.instruments)?;
+        memory.configured = Some(configured);
         Ok(())
+    }
+
+    /// What was asked for.
+    pub(super) fn asked(&self) -> Asked {
+        match self {
+            Self::Move(Move { configuration, .. }) => Asked::Move(*configuration),
+            Self::Rate(Rate { configuration, .. }) => Asked::Rate(*configuration),
+        }
+    }
+
+    /// Begins at `now`, by `map`.
+    pub(super) fn begin(&mut self, map: &ResponseMap, now: Time) {
+        match self {
+            Self::Move(Move { target, tuning, positioning, .. }) => {
+                *positioning = Positioning::new(map, *target, *tuning, now);
+            }
+            Self::Rate(rate) => rate.begin(now),
+        }
     }
 }
 
-/// Memory of the configured move and of the host's response map. A filter is too large for the stack, so on a board
+impl Move {
+    fn asked(map: &MapMemory, configuration: Configuration, bench: &Bench) -> Result<Self, MoveError> {
+        let (map, target, limits) = asked(map, &configuration, bench)?;
+        let tuning = PositioningTuning { limits, ..PositioningTuning::new(&bench.instruments) };
+        let positioning = Positioning::new(map, target, tuning, Time::ZERO);
+        Ok(Self { configuration, target, tuning, positioning })
+    }
+}
+
+/// Memory of the configured move or rate, and of the host's response map. A filter is too large for the stack, so on a board
 /// this is a static.
 #[derive(Debug, Default)]
 pub struct MoveMemory {
-    pub(super) configured: Option<Move>,
+    pub(super) configured: Option<Configured>,
     pub(super) filter: Option<SelectedFilter>,
     pub(super) map: MapMemory,
 }
 
 impl MoveMemory {
-    /// No move, and the map of Table 1.
+    /// No move and no rate, and the map of Table 1.
     pub const fn new() -> Self {
         Self { configured: None, filter: None, map: MapMemory::new() }
     }

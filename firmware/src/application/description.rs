@@ -1,17 +1,17 @@
 //! What the host tells before a move: instruments, motor, response map, configuration. While armed all is refused.
 
-use link::{BoardFault, BoardMessage, Configuration, HostMessage, SettingKey};
+use link::{BoardFault, BoardMessage, HostMessage, SettingKey};
 use motor_model::OutOfBounds;
 
 use super::Application;
-use super::configured_move::{Bench, Move, MoveError, MoveMemory};
+use super::configured_move::{Asked, Bench, Configured, MoveError, MoveMemory};
 use crate::design::DesignedDrive;
 
 impl<D: DesignedDrive> Application<'_, D> {
-    /// Builds the move of `configuration`. While armed it is refused.
+    /// Builds the move or the rate that is asked for. While armed it is refused.
     // Never inlined: the stack that construction of a filter takes is then not part of every tick's.
     #[inline(never)]
-    pub(super) fn configure(&mut self, configuration: Configuration) -> BoardMessage {
+    pub(super) fn configure(&mut self, asked: Asked) -> BoardMessage {
         if self.is_armed() {
             return BoardMessage::Fault(BoardFault::Armed);
         }
@@ -19,7 +19,7 @@ impl<D: DesignedDrive> Application<'_, D> {
             Ok(design) => design,
             Err(error) => return refused(&error),
         };
-        match Move::build(self.memory, configuration, &self.bench) {
+        match Configured::build(self.memory, asked, &self.bench) {
             Ok(()) => {
                 self.amplifier.follow(design);
                 BoardMessage::Configured

@@ -8,6 +8,7 @@ use link::{CameraRecord, Configuration, LdvRecord, decode, map_messages};
 use motor_model::{DriveMode, MotorParams, OutOfBounds};
 
 mod description;
+mod rate;
 mod short_camera_frames;
 
 use super::*;
@@ -276,7 +277,7 @@ fn law_another_version_is_refused_by_name() {
     let mut other = cobs::encode_vec(&content);
     other.push(0);
     let refused = BoardFault::Version { theirs: VERSION + 1, ours: VERSION };
-    assert_eq!(std::format!("{refused}"), "the host speaks protocol version 8, the board version 7");
+    assert_eq!(std::format!("{refused}"), "the host speaks protocol version 9, the board version 8");
     assert_eq!(bench.exchange_bytes(&other), fault(refused));
     assert_eq!(bench.board.counters().other_version, 1);
     assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::UnknownSession { session: 5 }));

@@ -7,8 +7,8 @@ use controller::ResponseMap;
 use estimator::{Health, Source, Verdict};
 use link::{
     BoardFault, CameraRecord, CommandRecord, EstimateRecord, FRAME_BYTES_MAX, Header, HostMessage,
-    InnovationRecord, LINE_BAUD, MotorParameterRecord, PhaseRecord, SHORT_FRAME_BYTES, decode, encode,
-    map_messages,
+    InnovationRecord, LINE_BAUD, MotorParameterRecord, PhaseRecord, RatePhase, RateRecord, SHORT_FRAME_BYTES,
+    decode, encode, map_messages,
 };
 use motor_model::{DriveMode, Parameter};
 
@@ -242,7 +242,7 @@ const BITS_PER_S_MAX: u64 = LINE_BAUD as u64 / 10 * 7;
 /// Bits of a byte on the line, start and stop included.
 const BITS_PER_BYTE: u64 = 10;
 
-/// A camera of 10 kHz to the board, and the longest reports from it.
+/// A camera of 10 kHz to the board, and the longest reports from it: those of a rate.
 #[test]
 fn exact_the_line_carries_a_move_at_full_speed() {
     let frames = 10_000 * SHORT_FRAME_BYTES as u64 * BITS_PER_BYTE;
@@ -271,8 +271,9 @@ fn exact_the_line_carries_a_move_at_full_speed() {
         }),
         command,
         applied: command,
-        phase: PhaseRecord::Burst.into(),
+        phase: PhaseRecord::Rate(RatePhase::Following).into(),
         since_nanos: nanos,
+        rate: Some(RateRecord { wanted_rad_s: longest, reference_units: Some(i64::MAX) }),
     };
     let header = Header { session: u32::MAX, sequence: u32::MAX, ticks: u64::MAX };
     let mut frame = [0; FRAME_BYTES_MAX];

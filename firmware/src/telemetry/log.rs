@@ -8,9 +8,11 @@ use controller::PositioningPhase;
 use cortex_m::interrupt::{Mutex, free};
 use defmt::{error, info, warn};
 use estimator::Verdict;
+use link::RatePhase;
 use motor_model::{DriveCommand, DriveMode};
 
 use super::{ArmingState, Entry};
+use crate::loop_report::LoopPhase;
 
 /// The tick of the entry.
 static TICK: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
@@ -65,7 +67,11 @@ pub fn log(tick: u64, entry: &Entry) {
                 ),
             }
         }
-        Entry::Phase(phase) => log_phase(phase),
+        Entry::Phase(LoopPhase::Move(phase)) => log_phase(phase),
+        Entry::Phase(LoopPhase::Rate(RatePhase::Waiting)) => info!("phase waiting"),
+        Entry::Phase(LoopPhase::Rate(RatePhase::Following)) => info!("phase following"),
+        Entry::Phase(LoopPhase::Rate(RatePhase::Over)) => info!("phase over"),
+        Entry::Phase(LoopPhase::Rate(RatePhase::Stopped(why))) => warn!("phase stopped {}", why),
         Entry::Health(health) => info!("health {}", health),
         Entry::Drive { command, applied } => {
             let (wanted, amplitude) = (mode(*command), applied.amplitude());

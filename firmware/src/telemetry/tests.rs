@@ -2,7 +2,7 @@ extern crate std;
 
 use std::vec::Vec;
 
-use controller::{StopReason, Wait};
+use controller::{PositioningPhase, StopReason, TickReport, Wait};
 use estimator::{Reason, Rejection, Source};
 use motor_model::{Angle, DriveMode, Time};
 
@@ -45,7 +45,7 @@ fn logged(ticks: u64, report: impl Fn(u64) -> TickReport) -> Vec<(u64, Entry)> {
     let mut telemetry = Telemetry::default();
     let mut logged = Vec::new();
     for tick in 1..=ticks {
-        telemetry.note(tick, ArmingState::Armed, Some(&report(tick)), &Counters::default());
+        telemetry.note(tick, ArmingState::Armed, Some(&LoopReport::Move(report(tick))), &Counters::default());
         logged.extend(telemetry.take().map(|entry| (tick, entry)));
         assert_eq!(telemetry.take(), None, "once");
     }
@@ -123,7 +123,7 @@ fn exact_changes_are_logged_at_once() {
         command: if tick < 777 { DriveCommand::OFF } else { B },
         ..quiet()
     });
-    assert!(logged.contains(&(555, Entry::Phase(stopped))), "{logged:?}");
+    assert!(logged.contains(&(555, Entry::Phase(LoopPhase::Move(stopped)))), "{logged:?}");
     let limited = Entry::Drive { command: B, applied: DriveCommand::OFF };
     assert!(logged.contains(&(777, limited)), "{logged:?}");
 }

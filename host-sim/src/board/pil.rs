@@ -1,9 +1,9 @@
-//! Processor in the loop: the firmware, on an emulated microcontroller, positions the simulated motor. The host
-//! computes every tick as well.
+//! Processor in the loop: the firmware, on an emulated microcontroller, positions the simulated motor, or holds its
+//! rate. The host computes every tick as well.
 //!
 //! ```text
 //!                  +--> host: controller::tick -----------> report ----+
-//! plant, 10 us --> measurements                                        | bit by bit
+//! plant, 10 us --> measurements           or tick_rate                 | bit by bit
 //!      ^           +--> microcontroller: controller::tick --> report --+
 //!      |                                                        |
 //!      +---------------- command of the microcontroller --------+
@@ -18,9 +18,11 @@
 //! | [`LockStepBoard`] | a processor: QEMU, over the frames of the [`link`] crate, by semihosting or the serial line |
 //! | [`FreeRunningBoard`] | no processor of a run: the whole program of a board, on its own timer, out of step |
 //! | [`run`] | a move of a scene: a [`ComparedMove`], with the first [`Difference`] |
+//! | [`hold_rate`] | a rate of a scene: a [`ComparedRate`] |
 
 mod frames;
 mod free_running_board;
+mod held_rate;
 mod lock_step_board;
 #[cfg(test)]
 mod tests;
@@ -36,20 +38,21 @@ use serde::Serialize;
 
 use crate::board::BoardError;
 pub use free_running_board::FreeRunningBoard;
+pub use held_rate::{ComparedRate, hold_rate};
 pub use lock_step_board::LockStepBoard;
-use simulation::runs::closed_loop::{ClosedLoop, PositioningMoment};
+use simulation::runs::closed_loop::PositioningMoment;
 use simulation::runs::filter;
 use simulation::runs::position::{self, MoveOutcome};
-use simulation::runs::tick_driver::TickMeasurements;
+use simulation::runs::tick_driver::{Moment, TickDriver, TickMeasurements, TickProgram};
 use simulation::scene::Scene;
 use simulation::world::instruments::assumed;
 
 /// A processor in the loop beside the host.
 pub trait Processor {
-    /// Prepares for a move.
+    /// Prepares for a move or a rate.
     ///
     /// # Errors
-    /// When it refuses the move or does not answer.
+    /// When it refuses what is asked or does not answer.
     fn arm(&mut self, preparation: &[HostMessage]) -> Result<(), BoardError>;
 
     /// Runs one tick on the measurements of the host's tick.
@@ -136,18 +139,22 @@ fn description(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
 /// The board's answer to a message of [`preparation`].
 pub(crate) fn acknowledgement(message: &HostMessage) -> BoardMessage {
     match message {
-        HostMessage::Configure(_) => BoardMessage::Configured,
+        HostMessage::Configure(_) | HostMessage::ConfigureRate(_) => BoardMessage::Configured,
         _ => BoardMessage::Described,
+    }
+}
+
+fn filter_kind(scene: &Scene) -> FilterKind {
+    match filter::chosen(scene) {
+        "impact_aided" => FilterKind::ImpactAided,
+        "twin" => FilterKind::Twin,
+        _ => FilterKind::ConstantRate,
     }
 }
 
 fn configuration(scene: &Scene) -> Configuration {
     Configuration {
-        filter: match filter::chosen(scene) {
-            "impact_aided" => FilterKind::ImpactAided,
-            "twin" => FilterKind::Twin,
-            _ => FilterKind::ConstantRate,
-        },
+        filter: filter_kind(scene),
         target_deg: scene.number("position.to_deg"),
         tolerance_deg: scene.number("position.tolerance_deg"),
         deadline_nanos: scene.nanos("position.deadline_s"),
@@ -175,7 +182,11 @@ pub fn run_with(
     let mut steps = 0;
     let outcome = position::run_with(scene, |closed_loop, moment| {
         steps += 1;
-        match compared(processor, closed_loop, moment, &mut observe, steps, scene.seed()) {
+        let compared = compared(processor, closed_loop, moment, steps, scene.seed()).and_then(|found| {
+            observe(moment)?;
+            found.map_or(Ok(()), |difference| Err(difference.into()))
+        });
+        match compared {
             Ok(()) => ControlFlow::Continue(()),
             Err(error) => ControlFlow::Break(error),
         }
@@ -199,26 +210,27 @@ pub fn run_with(
     }
 }
 
-/// Compares one tick of processor and host, and applies the command of the processor.
-fn compared(
+/// Compares one tick of processor and host, and applies the command of the processor where there is no difference.
+fn compared<P: TickProgram>(
     processor: &mut impl Processor,
-    closed_loop: &mut ClosedLoop,
-    moment: &PositioningMoment,
-    observe: &mut impl FnMut(&PositioningMoment) -> Result<(), BoardError>,
+    closed_loop: &mut TickDriver<P>,
+    moment: &Moment<P::Report>,
     step: u64,
     seed: u64,
-) -> Result<(), BoardError> {
+) -> Result<Option<Difference>, BoardError>
+where
+    TickRecord: for<'a> From<&'a P::Report>,
+{
     let ours = TickRecord::from(&moment.report);
     let theirs = processor.tick(closed_loop.measurements())?;
-    observe(moment)?;
     if let Some((field, host, board)) = ours.difference(&theirs) {
         let host = with_meaning(&ours, field, host);
         let board = with_meaning(&theirs, field, board);
-        return Err(Difference { step, field, host, board, seed }.into());
+        return Ok(Some(Difference { step, field, host, board, seed }));
     }
     let command = theirs.applied.command();
     closed_loop.overrule(command.ok_or_else(|| BoardError::Board("commands what is no drive".to_owned()))?);
-    Ok(())
+    Ok(None)
 }
 
 /// The bits of `field` of `record` in hexadecimal, and what they mean where they are the number of an enumeration.

@@ -45,6 +45,7 @@ pub(super) fn phase_sentence(phase: &str) -> (String, &str) {
         // A microcontroller does not tell which of both.
         "Settling" => "drive off, until the rotor lies still and is measured",
         "Brake" => "brake: the other mode is on, since the rotor turns on by itself",
+        "Over" => "the rate was held for as long as was asked: drive off",
         "Holding" => "at the target: drive off, measuring on",
         _ => return (stop_sentence(phase), phase),
     };
@@ -65,6 +66,10 @@ fn stop_sentence(phase: &str) -> String {
         "ModeCLost" => "mode C does not turn the rotor; mode B does",
         "KeepsTurning" => "the rotor turns on with the drive off, and the other mode does not stop it",
         "NotMeasurable" => "the angle cannot be measured well enough before the deadline",
+        "Stuck" => "the drive does not turn the rotor",
+        "WrongWay" => "the rotor turns against the direction asked for",
+        "EndOfTravel" => "the rotor would leave the travel",
+        "DrivenTooLong" => "the drive was on for as long as is allowed",
         "NoEstimate" => "there was no usable estimate for too long",
         other => other,
     };

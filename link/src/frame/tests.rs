@@ -4,6 +4,7 @@ use core::fmt::Write as _;
 use std::string::String;
 use std::vec::Vec;
 
+use controller::rate::RateStop;
 use estimator::{CameraDescription, Health, Instruments, Source, Verdict};
 use motor_model::DriveMode;
 use proptest::prelude::*;
@@ -14,7 +15,8 @@ use super::*;
 use crate::{
     BoardFault, BoardMessage, CameraRecord, CommandRecord, Configuration, Counters, Deframer, EstimateRecord,
     FilterKind, ForecastRecord, HostMessage, InnovationRecord, LdvRecord, LdvRecords, MotorParameterRecord,
-    PhaseRecord, TickRecord, UnreachableRecord, encode_camera, map_messages,
+    PhaseRecord, RateConfiguration, RateLimitsRecord, RatePhase, RateRecord, TickRecord, UnreachableRecord,
+    encode_camera, map_messages,
 };
 
 const HEADER: Header = Header { session: 0x0102_0304, sequence: 7, ticks: 1 << 40 };
@@ -37,6 +39,19 @@ const MOVE: Configuration = Configuration {
     deadline_nanos: 30_000_000_000,
 };
 
+const RATE: RateConfiguration = RateConfiguration {
+    filter: FilterKind::Twin,
+    rate_deg_s: -160.0,
+    duration_nanos: 20_000_000_000,
+    limits: RateLimitsRecord { travel_deg: None, on_max_nanos: None, progress_window_nanos: None },
+};
+
+const LIMITS: RateLimitsRecord = RateLimitsRecord {
+    travel_deg: Some((-90.0, 180.0)),
+    on_max_nanos: Some(10_000_000_000),
+    progress_window_nanos: Some(150_000_000),
+};
+
 fn host_messages() -> Vec<HostMessage> {
     let camera = HostMessage::Camera(CameraRecord {
         exposed_nanos: 123_456_789,
@@ -52,6 +67,8 @@ fn host_messages() -> Vec<HostMessage> {
         HostMessage::Hello,
         HostMessage::Configure(MOVE),
         HostMessage::Forecast(MOVE),
+        HostMessage::ConfigureRate(RATE),
+        HostMessage::ConfigureRate(RateConfiguration { limits: LIMITS, ..RATE }),
         arm,
         HostMessage::Step,
         camera,
@@ -121,7 +138,11 @@ fn board_messages() -> Vec<BoardMessage> {
         applied: command,
         phase: PhaseRecord::Burst.into(),
         since_nanos: 123_000_000,
+        rate: None,
     };
+    let rate = RateRecord { wanted_rad_s: -2.5, reference_units: Some(-1 << 34) };
+    let phase = PhaseRecord::Rate(RatePhase::Stopped(RateStop::Stuck)).into();
+    let of_rate = TickRecord { phase, rate: Some(rate), ..report };
     let forecast = ForecastRecord {
         error_rad: 1e-5,
         time_s: 4.0,
@@ -136,6 +157,7 @@ fn board_messages() -> Vec<BoardMessage> {
         BoardMessage::Armed,
         BoardMessage::Stopped,
         BoardMessage::Report(report),
+        BoardMessage::Report(of_rate),
         BoardMessage::Counters(Counters { taken: 300, damaged: 2, ..Counters::default() }),
         BoardMessage::Fault(BoardFault::OutOfBounds { key: "position.to_deg".try_into().unwrap() }),
         BoardMessage::Fault(BoardFault::UnknownSession { session: 300 }),
@@ -229,7 +251,7 @@ fn exact_another_version_is_told_from_damage() {
     let length = cobs::encode(&content, &mut frame);
     let decoded = decode::<HostMessage>(&mut frame[..length]);
     assert_eq!(decoded, Err(FrameError::Version { theirs: VERSION + 1 }));
-    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 8, expected 7");
+    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 9, expected 8");
 }
 
 /// A million frames, each damaged in one of five ways, on one line: none but whole ones are accepted.

@@ -20,8 +20,8 @@ mod range;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use controller::rate::{RateHold, RateLimits, RateStop, RateTuning};
-use controller::{PositioningTuning, TICK_NANOS};
+use controller::TICK_NANOS;
+use controller::rate::{RateHold, RateStop, RateTuning};
 use motor_model::{DriveMode, Time, math};
 
 use crate::runs::RunError;
@@ -64,15 +64,6 @@ const TICK_S: f64 = TICK_NANOS as f64 / 1e9;
 /// Ticks from one point of the picture to the next.
 const TICKS_PER_POINT: u64 = 500;
 
-/// The controller's tuning for the instruments of a scene.
-fn tuning(scene: &Scene) -> RateTuning {
-    let progress_window_nanos = PositioningTuning::new(&assumed(scene)).progress_window_nanos;
-    RateTuning {
-        limits: RateLimits { progress_window_nanos, ..RateLimits::default() },
-        ..RateTuning::default()
-    }
-}
-
 /// Runs the rate of `scene`, and calls `observe` with a point of the picture every 5 ms.
 ///
 /// # Errors
@@ -92,7 +83,7 @@ pub fn run_with<B>(
     mut observe: impl FnMut(RatePoint),
     mut intervene: impl FnMut(&mut ClosedRateLoop, &RateMoment) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, RateOutcome>, RunError> {
-    let hold = RateHold::new(profile(scene)?, tuning(scene), Time::ZERO);
+    let hold = RateHold::new(profile(scene)?, RateTuning::new(&assumed(scene)), Time::ZERO);
     let duration_s = scene.number("rate.duration_s");
     let both_ways = scene.choice("rate.profile") == "both_ways";
     let mut sums = RateSums::default();

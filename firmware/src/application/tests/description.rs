@@ -74,7 +74,9 @@ fn law_the_bench_is_described_before_the_move_is_configured() {
     assert_eq!(bench.board.amplifier().design, MotorParams::nominal(), "a refused move changes no drive");
     assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), [BoardMessage::Configured]);
     assert_eq!(bench.board.amplifier().design, bench.board.bench.design);
-    let tuning = bench.board.memory.configured.as_ref().unwrap().tuning;
+    let Some(Configured::Move(Move { tuning, .. })) = &bench.board.memory.configured else {
+        panic!("no move")
+    };
     assert_eq!(tuning.frame_wait_nanos, PositioningTuning::new(&instruments).frame_wait_nanos);
     assert_ne!(tuning.frame_wait_nanos, PositioningTuning::default().frame_wait_nanos);
     bench.exchange(&HostMessage::Arm);

@@ -1,11 +1,13 @@
 use super::*;
+use controller::rate::RateHold;
 use controller::response_map::Burst;
-use controller::{Drive, Limits, PositionLoop, PositioningTuning, ResponseMap, Sense, Target};
+use controller::{Drive, Limits, PositionLoop, PositioningTuning, RateLoop, ResponseMap, Sense, Target};
 use estimator::{CameraFrame, Instruments, LdvSample};
 use link::{Coded, MapRows};
 use motor_model::{DriveCommand, MotorParams, Time};
 
 use simulation::runs::filter::AnyFilter;
+use simulation::runs::rate;
 
 /// A change of a report.
 type Spoil = fn(&mut TickRecord);
@@ -15,9 +17,16 @@ fn flip<T>(coded: &mut Coded<T>) {
     *coded = Coded::from_number(coded.number() ^ 1);
 }
 
+/// Either loop.
+#[expect(clippy::large_enum_variant, reason = "a test has one")]
+enum OwnLoop {
+    Move(PositionLoop<AnyFilter, ResponseMap>),
+    Rate(RateLoop<AnyFilter, ResponseMap>),
+}
+
 /// A processor that is the host's own loop once more, from what it is told alone. It spoils a field at a tick.
 struct SecondLoop {
-    position_loop: Option<PositionLoop<AnyFilter, ResponseMap>>,
+    own: Option<OwnLoop>,
     ticks: u64,
     spoil_at: u64,
     spoil: Spoil,
@@ -25,7 +34,7 @@ struct SecondLoop {
 
 impl SecondLoop {
     fn new(spoil_at: u64, spoil: Spoil) -> Self {
-        Self { position_loop: None, ticks: 0, spoil_at, spoil }
+        Self { own: None, ticks: 0, spoil_at, spoil }
     }
 }
 
@@ -49,8 +58,6 @@ impl Drive for Ports<'_> {
 
 impl Processor for SecondLoop {
     fn arm(&mut self, preparation: &[HostMessage]) -> Result<(), BoardError> {
-        let Some(HostMessage::Configure(configuration)) = preparation.last() else { panic!("no move") };
-        let Configuration { filter, target_deg, tolerance_deg, deadline_nanos } = *configuration;
         let (mut instruments, mut design) = (Instruments::default(), MotorParams::nominal());
         let mut map = *ResponseMap::table_1();
         for message in preparation {
@@ -72,26 +79,39 @@ impl Processor for SecondLoop {
                 _ => (),
             }
         }
-        let filter = match filter {
-            FilterKind::ConstantRate => "constant_rate",
-            FilterKind::ImpactAided => "impact_aided",
-            FilterKind::Twin => "twin",
+        let filter = |kind| {
+            let name = match kind {
+                FilterKind::ConstantRate => "constant_rate",
+                FilterKind::ImpactAided => "impact_aided",
+                FilterKind::Twin => "twin",
+            };
+            AnyFilter::new(name, &design, &instruments)
         };
-        let target = Target::try_new(target_deg, tolerance_deg)?;
-        let limits = Limits { deadline_nanos, ..Limits::default() };
-        let tuning = PositioningTuning { limits, ..PositioningTuning::new(&instruments) };
-        let filter = AnyFilter::new(filter, &design, &instruments)?;
-        let position_loop = PositionLoop::new(filter, map, target, tuning, Time::ZERO);
-        self.position_loop = Some(position_loop);
+        self.own = Some(match preparation.last() {
+            Some(HostMessage::Configure(asked)) => {
+                let target = Target::try_new(asked.target_deg, asked.tolerance_deg)?;
+                let limits = Limits { deadline_nanos: asked.deadline_nanos, ..Limits::default() };
+                let tuning = PositioningTuning { limits, ..PositioningTuning::new(&instruments) };
+                OwnLoop::Move(PositionLoop::new(filter(asked.filter)?, map, target, tuning, Time::ZERO))
+            }
+            Some(HostMessage::ConfigureRate(asked)) => {
+                let (profile, tuning) = asked.checked(&instruments)?;
+                let hold = RateHold::new(profile, tuning, Time::ZERO);
+                OwnLoop::Rate(RateLoop::new(filter(asked.filter)?, map, hold))
+            }
+            other => panic!("neither a move nor a rate: {other:?}"),
+        });
         Ok(())
     }
 
     fn tick(&mut self, measurements: &TickMeasurements) -> Result<TickRecord, BoardError> {
         self.ticks += 1;
         let now = Time::from_nanos(self.ticks * PositionLoop::TICK_NANOS);
-        let position_loop = self.position_loop.as_mut().expect("armed first");
         let mut ports = Ports(measurements.camera_frame, measurements.ldv_samples.iter());
-        let mut report = TickRecord::from(&controller::tick(position_loop, now, &mut ports));
+        let mut report = match self.own.as_mut().expect("armed first") {
+            OwnLoop::Move(own) => TickRecord::from(&controller::tick(own, now, &mut ports)),
+            OwnLoop::Rate(own) => TickRecord::from(&controller::tick_rate(own, now, &mut ports)),
+        };
         if self.ticks == self.spoil_at {
             (self.spoil)(&mut report);
         }
@@ -125,6 +145,41 @@ fn dual_a_second_loop_computes_the_same_from_what_it_is_told() {
         assert_eq!(run.outcome, Some(alone));
         let ticks = (run.outcome.unwrap().duration_s * 1e5).round();
         assert_eq!(ticks.to_string(), run.steps.to_string());
+    }
+}
+
+/// The same of a rate: filter, rate and the window that slow frames ask for.
+#[test]
+fn dual_a_second_loop_holds_the_same_rate_from_what_it_is_told() {
+    for sets in [
+        &["rate.deg_s=160", "rate.duration_s=0.5", "plant.step_s=5e-6"][..],
+        &["rate.deg_s=-40", "rate.duration_s=0.5", "estimator.filter=impact_aided", "plant.step_s=5e-6"][..],
+        &["rate.duration_s=0.6", "camera.frame_rate_hz=200", "ldv.installed=no", "faults=drive:dead"][..],
+    ] {
+        let scene = scene(sets);
+        let run = hold_rate(&scene, &mut SecondLoop::new(0, |_| ())).unwrap();
+        assert_eq!(run.difference, None);
+        assert_eq!(run.outcome, Some(rate::run(&scene, |_| ()).unwrap()));
+        let ticks = (scene.number("rate.duration_s") * 1e5).round();
+        assert_eq!(ticks.to_string(), run.steps.to_string());
+    }
+}
+
+/// L9, of a rate: a difference in what is asked of the rotor is found and named.
+#[test]
+fn exact_a_difference_of_a_rate_is_named() {
+    let scene = scene(&["rate.duration_s=0.5", "plant.step_s=5e-6"]);
+    let spoils: [(&str, Spoil); 5] = [
+        ("rate.wanted_rad_s", |r| r.rate = None),
+        ("rate.wanted_rad_s", |r| r.rate.as_mut().unwrap().wanted_rad_s += 1.0),
+        ("rate.reference_units", |r| *r.rate.as_mut().unwrap().reference_units.as_mut().unwrap() += 1),
+        ("rate.reference_units", |r| r.rate.as_mut().unwrap().reference_units = None),
+        ("phase", |r| flip(&mut r.phase)),
+    ];
+    for (field, spoil) in spoils {
+        let run = hold_rate(&scene, &mut SecondLoop::new(2000, spoil)).unwrap();
+        let difference = run.difference.unwrap();
+        assert_eq!((difference.step, difference.field, run.outcome), (2000, field, None));
     }
 }
 

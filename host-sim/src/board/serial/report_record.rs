@@ -4,9 +4,10 @@
 //! count from arming.
 
 use controller::PositioningPhase;
+use controller::rate::RateStop;
 use estimator::{CameraFrame, Estimate, Health, Innovation};
-use link::TickRecord;
 use link::numbering::PhaseRecord;
+use link::{RatePhase, RateRecord, TickRecord};
 use motor_model::{Angle, DriveCommand, Time};
 
 use simulation::runs::record::{Impact, RunRecord, Task, Truth};
@@ -125,14 +126,26 @@ impl Reported {
             asked: record.command.command()?,
             applied: record.applied.command()?,
             phase,
-            task: task(phase, health),
+            task: task(phase, health, record.rate),
             since: (record.since_nanos > 0).then(|| Time::from_nanos(record.since_nanos)),
         })
     }
 }
 
-fn task(phase: PhaseRecord, health: Health) -> Task {
+fn task(phase: PhaseRecord, health: Health, rate: Option<RateRecord>) -> Task {
     match phase {
+        PhaseRecord::Rate(RatePhase::Waiting | RatePhase::Following) => {
+            let (wanted_rad_s, units) =
+                rate.map_or((f32::NAN, None), |rate| (rate.wanted_rad_s, rate.reference_units));
+            Task::Rate { wanted_rad_s, reference: units.map(Angle::from_units) }
+        }
+        PhaseRecord::Rate(RatePhase::Over) => Task::Told("Over"),
+        PhaseRecord::Rate(RatePhase::Stopped(why)) => Task::Told(match why {
+            RateStop::Stuck => "Stopped(Stuck)",
+            RateStop::WrongWay => "Stopped(WrongWay)",
+            RateStop::EndOfTravel => "Stopped(EndOfTravel)",
+            RateStop::DrivenTooLong => "Stopped(DrivenTooLong)",
+        }),
         PhaseRecord::Waiting => Task::Position(PositioningPhase::Waiting(health)),
         PhaseRecord::Cruise => Task::Told("Cruise"),
         PhaseRecord::Burst => Task::Told("Burst"),

@@ -1,0 +1,64 @@
+//! A rate that host and microcontroller hold both.
+
+use std::ops::ControlFlow;
+
+use link::{HostMessage, RateConfiguration, RateLimitsRecord};
+
+use super::{Difference, Processor, compared, description, filter_kind};
+use crate::board::BoardError;
+use simulation::runs::rate::{self, RateOutcome};
+use simulation::scene::Scene;
+
+/// A rate that host and microcontroller held both. It ends at the first difference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ComparedRate {
+    /// Ticks compared.
+    pub steps: u64,
+    /// The first difference.
+    pub difference: Option<Difference>,
+    /// What became of the rate, as the microcontroller drove it; `None` after a difference.
+    pub outcome: Option<RateOutcome>,
+}
+
+/// What the microcontroller is told before it is armed for the rate of `scene`, which it holds from the start: the bench
+/// as for a move, and the rate.
+///
+/// # Errors
+/// When the scene's map is for another design.
+fn rate_preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
+    let mut messages = description(scene)?;
+    messages.push(HostMessage::ConfigureRate(RateConfiguration {
+        filter: filter_kind(scene),
+        rate_deg_s: scene.number("rate.deg_s"),
+        duration_nanos: scene.nanos("rate.duration_s"),
+        limits: RateLimitsRecord::default(),
+    }));
+    Ok(messages)
+}
+
+/// Holds the rate of `scene`, whose profile is a dwell; the commands of `processor` drive the motor.
+///
+/// # Errors
+/// When the scene is refused, or the processor fails. A difference is no error here.
+pub fn hold_rate(scene: &Scene, processor: &mut impl Processor) -> Result<ComparedRate, BoardError> {
+    processor.arm(&rate_preparation(scene)?)?;
+    let mut steps = 0;
+    let ended = rate::run_with(
+        scene,
+        |_| (),
+        |closed_loop, moment| {
+            steps += 1;
+            match compared(processor, closed_loop, moment, steps, scene.seed()) {
+                Ok(None) => ControlFlow::Continue(()),
+                Ok(Some(difference)) => ControlFlow::Break(Ok(difference)),
+                Err(error) => ControlFlow::Break(Err(error)),
+            }
+        },
+    )?;
+    Ok(match ended {
+        ControlFlow::Continue(outcome) => ComparedRate { steps, difference: None, outcome: Some(outcome) },
+        ControlFlow::Break(difference) => {
+            ComparedRate { steps, difference: Some(difference?), outcome: None }
+        }
+    })
+}
