@@ -116,9 +116,9 @@ enum Command {
     Instructions(InstructionsArgs),
     /// Run the firmware on an emulated microcontroller with the simulated motor, beside the host bit by bit
     Pil(PilArgs),
-    /// Make a move on a real board at a serial port: configure, arm, feed camera frames, watch, stop
+    /// Make a move, or hold a rate, on a real board at a serial port: configure, arm, feed camera frames, watch, stop
     ///
-    /// Exit code 0 with the drive off after the move, 2 when it was not made or did not end, 130 after Ctrl-C. The
+    /// Exit code 0 with the drive off at the end, 2 when it was not made or did not end, 130 after Ctrl-C. The
     /// drive goes off in any case: by a stop that the board acknowledges, or by the board when the line is gone.
     Run(Box<RunArgs>),
     /// Measure the firmware's flash, RAM and stack, and check what its loop calls

@@ -95,6 +95,45 @@ fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
     board.hears(|message| (*message == BoardMessage::Stopped).then_some(()));
 }
 
+/// Hardware in the loop: the board holds a rate of the simulated motor to its end, and says what it was by its
+/// estimates. The log tells of it.
+#[test]
+fn tool_run_holds_a_rate_of_a_simulated_motor_by_a_board() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = folder.path().join("run.mcap");
+    let log = log.to_str().expect("a name in UTF-8");
+    let rate = ["--deg-s", "160", "--duration", "0.6", "--format", "json", "--log", log];
+    let (board, Output { status, stdout, stderr }) = not_starved(|| {
+        let board = CabledBoard::start();
+        let output = board.run(&rate).wait_with_output().expect("it ends");
+        Starved::check(&String::from_utf8_lossy(&output.stderr))?;
+        Ok((board, output))
+    });
+    let stderr = String::from_utf8_lossy(&stderr);
+    assert!(status.success(), "{stderr}");
+    let outcome: Value = serde_json::from_slice(&stdout).expect("JSON and nothing else");
+    assert!(outcome["ok"] == true && outcome["stop_acknowledged"] == true, "{outcome}");
+    assert_eq!((&outcome["stopped"], &outcome["rate_deg_s"]), (&Value::Null, &160.0.into()), "{outcome}");
+    let number = |name: &str| outcome[name].as_f64().expect("a number");
+    // Without the start, and reports come every millisecond.
+    let measured_s = number("measured_s");
+    assert!((0.3..=0.35).contains(&measured_s), "{outcome}");
+    // At either end of that time the rotor is within 3 degrees of the reference: beyond that it is driven back.
+    let percent = 100.0 * 6.0 / (160.0 * measured_s);
+    assert!(number("mean_error_percent").abs() <= percent, "{percent}: {outcome}");
+    // And the estimate within a degree of the rotor, which a millisecond of a drive that the plant has missed turns by.
+    assert!((number("mean_deg_s") - number("true_mean_deg_s")).abs() <= 2.0 / measured_s, "{outcome}");
+    let duration_s = number("duration_s");
+    assert!((0.6..=0.61).contains(&duration_s), "the report after the end: {outcome}");
+    assert!(stderr.lines().all(|line| line.contains("   rate +160.00 deg/s, phase ")), "{stderr}");
+    let text = explained(log);
+    assert!(
+        text.contains("the controller holds a rate") && text.contains("held for as long as was asked"),
+        "{text}"
+    );
+    board.hears(|message| (*message == BoardMessage::Stopped).then_some(()));
+}
+
 /// A bit that flips in the response map, as it is sent: the board does not take that frame, and the host sends all of
 /// it again.
 #[test]
@@ -217,6 +256,15 @@ fn tool_run_without_a_board_says_why() {
     let too_slow =
         "error: camera.frame_rate_hz = 10000 needs 1714286 baud, bounds 0 to 5376 Hz at 921600 baud; ";
     assert!(error.starts_with(too_slow), "{error}");
+    // A rate or a move, and a rate is one that stays.
+    let error = run_with("/dev/null", &["--deg-s", "5", "--to", "3"]);
+    assert!(error.contains("'--deg-s <RATE>' cannot be used with '--to <DEG>'"), "{error}");
+    let error = run_with("/dev/null", &["--duration", "5"]);
+    assert!(error.contains("not provided") && error.contains("--deg-s <RATE>"), "{error}");
+    let error = run_with("/dev/null", &["--deg-s", "5", "--set", "rate.profile=sweep"]);
+    assert!(error.starts_with("error: run --deg-s does not read rate.profile; hint: "), "{error}");
+    let error = run_with("/dev/null", &["--deg-s", "2000"]);
+    assert!(error.contains("rate.deg_s = 2000"), "{error}");
     let error = run("/dev/no-such-port");
     assert!(error.starts_with("error: there is no port /dev/no-such-port; hint: "), "{error}");
 

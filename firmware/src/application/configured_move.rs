@@ -163,8 +163,8 @@ impl Move {
     }
 }
 
-/// Memory of the configured move or rate, and of the host's response map. A filter is too large for the stack, so on a board
-/// this is a static.
+/// Memory of the configured move or rate, and of the host's response map. A filter is too large for the stack, so on a
+/// board this is a static.
 #[derive(Debug, Default)]
 pub struct MoveMemory {
     pub(super) configured: Option<Configured>,

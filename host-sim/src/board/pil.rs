@@ -38,6 +38,7 @@ use serde::Serialize;
 
 use crate::board::BoardError;
 pub use free_running_board::FreeRunningBoard;
+pub(crate) use held_rate::rate_preparation;
 pub use held_rate::{ComparedRate, hold_rate};
 pub use lock_step_board::LockStepBoard;
 use simulation::runs::closed_loop::PositioningMoment;

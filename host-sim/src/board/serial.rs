@@ -3,7 +3,7 @@
 //! ```text
 //! frames: file, pipe, or the simulated plant ---> FrameSource --+      +--> observer: log, live view
 //!                                                               v      |
-//! board <---- PacedLine: at most the line's rate <---- SerialMove: configure, arm, watch, stop
+//! board <---- PacedLine: at most the line's rate <---- SerialRun: configure, arm, watch, stop
 //!   |                                                           ^
 //!   +--- reports, answers, faults: reader thread, BoardSession -+
 //! ```
@@ -18,14 +18,15 @@
 //! | `frame_source` | where camera frames come from |
 //! | `plant` | the simulated motor under the drive that the board reports: hardware in the loop |
 //! | `report_record` | what the board reports as a record of a run, and the frames that go with it |
-//! | `progress` | what is known in the middle of a move, and who sees it |
-//! | `serial_move` | the move: from the first message to the acknowledged stop |
+//! | `progress` | what is known in the middle of a run, and who sees it |
+//! | `task` | what is asked of the board, a move or a rate, and what is seen of it |
+//! | `serial_run` | the run: from the first message to the acknowledged stop |
 //! | `outcome` | what became of it |
 //! | `error` | why it was not made |
 //!
 //! # The drive goes off
 //!
-//! Whatever ends the move, the host sends a stop and waits for its acknowledgement. Where the line is gone the board
+//! Whatever ends the run, the host sends a stop and waits for its acknowledgement. Where the line is gone the board
 //! does it alone: 10 ms of its own time after the last frame of the host it switches the drive off and latches.
 
 pub mod clock;
@@ -38,11 +39,16 @@ mod plant;
 mod port;
 mod progress;
 mod report_record;
-mod serial_move;
+mod serial_run;
 mod session;
+mod task;
 
 pub use error::SerialError;
 pub use frame_source::FrameSource;
-pub use outcome::{ClockFigures, LineFigures, SerialOutcome};
-pub use progress::{Progress, Watcher};
-pub use serial_move::SerialMove;
+pub use outcome::{
+    ClockFigures, CounterFigures, LineFigures, MoveFigures, RateFigures, SerialOutcome, SessionFigures,
+    TaskFigures,
+};
+pub use progress::{Goal, Progress, Watcher};
+pub use serial_run::SerialRun;
+pub use task::BoardTask;

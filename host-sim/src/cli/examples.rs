@@ -236,6 +236,11 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
                 "run --port /dev/ttyACM0 --to 5 --set camera.frame_rate_hz=1000 --set ldv.installed=no",
             ),
             (
+                "A real board holds a rate of the simulated motor",
+                "run --port /dev/ttyACM0 --deg-s 160 --duration 5 --set camera.frame_rate_hz=1000 \
+                 --set ldv.installed=no",
+            ),
+            (
                 "A real motor, by the frames of a camera program",
                 "run --port /dev/ttyACM0 --camera frames.fifo --to 5 --set camera.frame_rate_hz=1000 --log run.mcap",
             ),

@@ -94,8 +94,46 @@ pub(super) const READERS: [Reader; 16] = [
     },
     reader("stator", &["stator", "motor"]),
     reader("pil", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"]),
-    reader("run", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"]),
+    reader(
+        "run",
+        &[
+            "seed",
+            "motor",
+            "plant",
+            "camera",
+            "ldv",
+            "fault",
+            "faults",
+            "estimator",
+            "position",
+            "rate.deg_s",
+            "rate.duration_s",
+        ],
+    ),
 ];
+
+/// What `run` reads for a move.
+pub(super) const RUN_MOVE: Reader = reader(
+    "run without --deg-s",
+    &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"],
+);
+
+/// What `run` reads for a rate: a board holds one from the start to the end.
+pub(super) const RUN_RATE: Reader = reader(
+    "run --deg-s",
+    &[
+        "seed",
+        "motor",
+        "plant",
+        "camera",
+        "ldv",
+        "fault",
+        "faults",
+        "estimator",
+        "rate.deg_s",
+        "rate.duration_s",
+    ],
+);
 
 /// Whether `key` is one of `names` or begins with the words of one.
 fn is_among(key: &str, names: &[&str]) -> bool {

@@ -1,4 +1,4 @@
-//! `run`: a move on a real board at a serial port.
+//! `run`: a move or a rate on a real board at a serial port.
 
 use std::io::IsTerminal as _;
 use std::ops::ControlFlow;
@@ -11,14 +11,18 @@ use clap::{Args, ValueHint};
 use indicatif::ProgressBar;
 
 use super::count::Count;
+use super::readers::{RUN_MOVE, RUN_RATE};
 use super::report::Request;
 use super::{Format, MapArgs, SceneArgs, interruption, progress, result_json};
-use crate::board::serial::{FrameSource, Progress, SerialError, SerialMove, Watcher};
+use crate::board::serial::{BoardTask, FrameSource, Progress, SerialError, SerialRun, Watcher};
 use crate::cli::CommandError;
 use crate::log::{Ending, LogError, LogOptions, LogRecorder};
 use crate::report::{OutputError, files};
 use simulation::runs::record::{Observer as _, RunRecord};
 use simulation::scene::Scene;
+
+/// The flags that are names of keys.
+const KEY_FLAGS: [&str; 5] = ["--to", "--tolerance", "--deg-s", "--duration", "--filter"];
 
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
@@ -36,6 +40,13 @@ pub(super) struct RunArgs {
     /// Target angle, clockwise positive
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     to: Option<String>,
+    /// Hold a rate in deg/s instead of a move, clockwise positive
+    #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
+    #[arg(conflicts_with_all = ["to", "tolerance"])]
+    deg_s: Option<String>,
+    /// Time in s for which the rate is held
+    #[arg(long, value_name = "S", allow_negative_numbers = true, requires = "deg_s")]
+    duration: Option<String>,
     /// Distance from the target that counts as reached
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     tolerance: Option<String>,
@@ -57,24 +68,29 @@ pub(super) struct RunArgs {
 
 impl RunArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let scene = self.map.provide(self.scene.load(
-            "run",
-            &[
-                ("position.to_deg", &self.to),
-                ("position.tolerance_deg", &self.tolerance),
-                ("estimator.filter", &self.filter),
-            ],
-        )?)?;
+        let (task, reader) = match &self.deg_s {
+            None => (BoardTask::Move, &RUN_MOVE),
+            Some(_) => (BoardTask::Rate, &RUN_RATE),
+        };
+        let flags = [
+            ("position.to_deg", &self.to),
+            ("position.tolerance_deg", &self.tolerance),
+            ("rate.deg_s", &self.deg_s),
+            ("rate.duration_s", &self.duration),
+            ("estimator.filter", &self.filter),
+        ];
+        let scene = self.map.provide(self.scene.load_for(reader, &flags)?)?;
         let interrupted = Arc::new(AtomicBool::new(false));
         let unwatched = |source| OutputError::Unwritable { path: PathBuf::from(&self.port), source };
         interruption::watch(&interrupted).map_err(unwatched)?;
         let mut view = LiveView::new(self.log(&scene)?);
         let source = FrameSource::named(&self.camera);
-        let run = SerialMove {
+        let run = SerialRun {
             port: &self.port,
             #[expect(clippy::cast_possible_truncation, reason = "at most 12,000,000")]
             baud: self.baud as u32,
             scene: &scene,
+            task,
             source: &source,
             interrupted: &interrupted,
         };
@@ -84,7 +100,7 @@ impl RunArgs {
             Ok(outcome) => outcome,
             Err(error) => return Err(failed(error, log)),
         };
-        let request = Request::of_scene("run", &scene).with_key_flags(&["--to", "--tolerance", "--filter"]);
+        let request = Request::of_scene("run", &scene).with_key_flags(&KEY_FLAGS);
         let json = result_json::of(&request, &[], &files::json_line(&outcome));
         let logged = match log {
             Some(log) => {
@@ -98,7 +114,7 @@ impl RunArgs {
         Ok(files::print(&self.format.of(format!("{outcome}{logged}"), json))?)
     }
 
-    /// The log, if one was asked for. Ctrl-C ends the move, and the move the log.
+    /// The log, if one was asked for. Ctrl-C ends the run, and the run the log.
     fn log(&self, scene: &Scene) -> Result<Option<LogRecorder>, LogError> {
         let Some(path) = &self.log else { return Ok(None) };
         // The board chooses the ticks: it reports one in a hundred, and each is logged.
@@ -107,7 +123,7 @@ impl RunArgs {
     }
 }
 
-/// The error of a move that did not end, with what is kept of it.
+/// The error of a run that did not end, with what is kept of it.
 fn failed(error: SerialError, log: Option<LogRecorder>) -> CommandError {
     let kept = match log.map(|log| log.finish(Ending::Interrupted)) {
         Some(Err(LogError::Interrupted { kept })) => format!("; {kept}"),
@@ -120,7 +136,7 @@ fn failed(error: SerialError, log: Option<LogRecorder>) -> CommandError {
 /// Time between two lines where standard error is no terminal.
 const LINE_EVERY: Duration = Duration::from_secs(1);
 
-/// Shows a move on standard error while it goes on, and logs it.
+/// Shows a run on standard error while it goes on, and logs it.
 struct LiveView {
     log: Option<LogRecorder>,
     /// A few lines that are drawn anew, on a terminal.

@@ -40,7 +40,19 @@ impl SceneArgs {
     /// # Errors
     /// When the scene is refused, or sets a key that the command does not read.
     pub fn load(&self, command: &str, flags: &[(&str, &Option<String>)]) -> Result<Scene, CommandError> {
-        self.assigned.load(self.scene.as_ref(), Some(Reader::named(command)), flags)
+        self.load_for(Reader::named(command), flags)
+    }
+
+    /// The same for a command that reads other keys with one flag than with another.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_for(
+        &self,
+        reader: &Reader,
+        flags: &[(&str, &Option<String>)],
+    ) -> Result<Scene, CommandError> {
+        self.assigned.load(self.scene.as_ref(), Some(reader), flags)
     }
 }
 

@@ -31,7 +31,7 @@ use crate::runs::rotor_tilt::TiltFigureSums;
 use crate::runs::stated_errors::StatedErrorCounts;
 use crate::scene::Scene;
 use crate::world::instruments::assumed;
-pub use outcome::RateOutcome;
+pub use outcome::{RateOutcome, reason};
 pub use point::RatePoint;
 pub use profile::profile;
 pub use range::RateRange;
@@ -169,7 +169,7 @@ impl RateSums {
             tilt: self.tilt.figures(),
             reference_losses: self.reference_losses,
             stopped: self.stopped.map(|(why, _)| format!("{why:?}")),
-            reason: self.stopped.map(|(why, _)| outcome::reason(why)),
+            reason: self.stopped.map(|(why, _)| reason(why)),
             stopped_s: self.stopped.map(|(_, time_s)| time_s),
             filter: filter::chosen(scene),
             saturated: self.saturated / self.ticks.max(1.0),

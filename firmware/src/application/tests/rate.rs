@@ -41,13 +41,13 @@ fn phase(report: &TickRecord) -> RatePhase {
 }
 
 /// What one tick measures of a rotor at `angle`.
-struct Measured {
-    frame: Option<CameraFrame>,
-    sample: Option<LdvSample>,
+pub(super) struct Measured {
+    pub(super) frame: Option<CameraFrame>,
+    pub(super) sample: Option<LdvSample>,
 }
 
 impl Measured {
-    fn at(now: Time, tick: u64, angle: Angle) -> Self {
+    pub(super) fn at(now: Time, tick: u64, angle: Angle) -> Self {
         let frame = CameraFrame { exposed_at: now, angle: angle.wrapped(), marks_used: 0, residual: 0 };
         let velocity_m_s = if tick.is_multiple_of(2) { 1e-5 } else { -1e-5 };
         Self {
@@ -83,6 +83,8 @@ fn dual_the_rate_of_a_board_is_that_of_the_controllers_loop() {
         ConstantRate::<f32>::new(&ConstantRateTuning::for_motor(&MotorParams::nominal(), &instruments));
     let hold = RateHold::new(Profile::dwell(100.0).unwrap(), RateTuning::new(&instruments), Time::ZERO);
     let mut own = RateLoop::new(filter, ResponseMap::table_1(), hold);
+    let Profile::Dwell { rate_rad_s: wanted } = Profile::dwell(100.0).unwrap() else { panic!("a dwell") };
+    let mut since_nanos = 0;
     let (mut followed, mut waited, mut changes, mut last) = (0, 0, 0, None);
     for tick in 1..=5000_u64 {
         let now = time(tick);
@@ -104,7 +106,14 @@ fn dual_the_rate_of_a_board_is_that_of_the_controllers_loop() {
         assert_eq!(ours.difference(&theirs), None, "tick {tick}");
         followed += u32::from(phase(&theirs) == RatePhase::Following);
         waited += u32::from(phase(&theirs) == RatePhase::Waiting);
-        changes += u32::from(last.replace(theirs.applied) != Some(theirs.applied));
+        let is_new = last.replace(theirs.command) != Some(theirs.command);
+        changes += u32::from(is_new);
+        // The first command is that of arming.
+        if is_new && tick > 1 {
+            since_nanos = now.nanos();
+        }
+        assert_eq!(theirs.since_nanos, since_nanos, "tick {tick}");
+        assert_eq!(theirs.rate.unwrap().wanted_rad_s.to_bits(), wanted.to_bits(), "tick {tick}");
     }
     assert!(followed > 2000 && waited > 500 && changes > 20, "{followed} {waited} {changes}");
 }

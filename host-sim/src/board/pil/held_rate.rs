@@ -20,12 +20,12 @@ pub struct ComparedRate {
     pub outcome: Option<RateOutcome>,
 }
 
-/// What the microcontroller is told before it is armed for the rate of `scene`, which it holds from the start: the bench
-/// as for a move, and the rate.
+/// What the microcontroller is told before it is armed for the rate of `scene`: the bench as for a move, and the rate,
+/// which it holds from the start.
 ///
 /// # Errors
 /// When the scene's map is for another design.
-fn rate_preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
+pub(crate) fn rate_preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
     let mut messages = description(scene)?;
     messages.push(HostMessage::ConfigureRate(RateConfiguration {
         filter: filter_kind(scene),

@@ -1,4 +1,4 @@
-//! Why a move on a real board was not made, or not ended.
+//! Why a move or a rate on a real board was not made, or not ended.
 
 use link::{BoardFault, FrameError, LINE_BAUD, VERSION};
 
@@ -7,7 +7,7 @@ use crate::board::BoardError;
 use crate::report::OutputError;
 use simulation::runs::RunError;
 
-/// Why a move on a real board was not made, or not ended.
+/// Why a move or a rate on a real board was not made, or not ended.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SerialError {
@@ -136,8 +136,8 @@ pub enum SerialError {
         /// Whether the stop was acknowledged.
         stopped: Stopped,
     },
-    /// The source has no more frames, and the move is not at its end.
-    #[error("the source of camera frames ended {after_s:.3} s after arming, before the move did; {stopped}")]
+    /// The source has no more frames, and the run is not at its end.
+    #[error("the source of camera frames ended {after_s:.3} s after arming, before the run did; {stopped}")]
     SourceEnded {
         /// Time since arming by the host's clock.
         after_s: f64,
@@ -206,7 +206,7 @@ impl SerialError {
                 "--set ldv.installed=no; with frames of a camera the board samples its own vibrometer"
                     .to_owned()
             }
-            Self::Disconnected { .. } => "put the cable back and run the move again".to_owned(),
+            Self::Disconnected { .. } => "put the cable back and run the command again".to_owned(),
             Self::Silent { .. } => "the watchdog may have restarted the board: see its log".to_owned(),
             Self::Fault { fault: BoardFault::HostSilent, .. } => {
                 "the host or the line was too slow: see the load, and --baud".to_owned()

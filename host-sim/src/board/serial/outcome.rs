@@ -1,4 +1,4 @@
-//! What became of a move on a real board.
+//! What became of a move or a rate on a real board.
 
 use std::fmt;
 
@@ -18,7 +18,7 @@ pub struct ClockFigures {
     pub round_trip_us: f64,
 }
 
-/// The serial line over the move.
+/// The serial line over the run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LineFigures {
     /// Its rate.
@@ -37,9 +37,9 @@ pub struct LineFigures {
     pub reports: u64,
 }
 
-/// A move that has ended, with the drive off.
+/// What became of a move.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SerialOutcome {
+pub struct MoveFigures {
     /// Target in degrees.
     pub target_deg: f64,
     /// Tolerance in degrees.
@@ -50,22 +50,75 @@ pub struct SerialOutcome {
     pub final_sd_mdeg: Option<f64>,
     /// True angle less target in milli-degrees, which only a simulated plant tells; `null` with a real camera.
     pub final_error_true_mdeg: Option<f64>,
+    /// Why the move was given up; `null` if it was not.
+    pub stopped: Option<String>,
+    /// Whether the target was held, within the tolerance by the truth where that is known, else by the estimate.
+    pub ok: bool,
+}
+
+/// What became of a rate. A mean is over the time in which the rotor followed, without the start.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RateFigures {
+    /// Rate asked for in deg/s, clockwise positive.
+    pub rate_deg_s: f64,
+    /// Time for which it was asked for, in s.
+    pub asked_s: f64,
+    /// Time of the means in s; `null` if it was too short for any.
+    pub measured_s: Option<f64>,
+    /// Mean rate by the board's estimates, in deg/s.
+    pub mean_deg_s: Option<f64>,
+    /// True mean rate in deg/s, which only a simulated plant tells; `null` with a real camera.
+    pub true_mean_deg_s: Option<f64>,
+    /// True mean rate less the one asked for, in percent of that; `null` of a rate of 0 as well.
+    pub mean_error_percent: Option<f64>,
+    /// How often the estimate was seen to be lost; each time the reference begins anew where the rotor then is.
+    pub reference_losses: u32,
+    /// Why the rate was held no more; `null` if it was held to its end.
+    pub stopped: Option<String>,
+    /// The same in words.
+    pub reason: Option<&'static str>,
+    /// When that was, in s since arming.
+    pub stopped_s: Option<f64>,
+    /// Whether the rate was held to its end.
+    pub ok: bool,
+}
+
+/// What became of what was asked of the board.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum TaskFigures {
+    /// A move.
+    Move(MoveFigures),
+    /// A rate.
+    Rate(RateFigures),
+}
+
+/// Times, clocks and line of a run, whatever its task.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SessionFigures {
     /// Time from arming to the last report, by the board's clock, in s.
     pub duration_s: f64,
     /// The same by the host's clock.
     pub host_s: f64,
-    /// Why the move was given up; `null` if it was not.
-    pub stopped: Option<String>,
     /// Whether the board has acknowledged the stop at the end.
     pub stop_acknowledged: bool,
-    /// Whether the target was held, within the tolerance by the truth where that is known, else by the estimate.
-    pub ok: bool,
     /// The clocks.
     pub clock: Option<ClockFigures>,
     /// The line.
     pub line: LineFigures,
     /// The board's counters at the end, since its start; `null` if it did not tell them. An armed board is not asked.
     pub counters: Option<CounterFigures>,
+}
+
+/// A run that has ended, with the drive off.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SerialOutcome {
+    /// What became of what was asked.
+    #[serde(flatten)]
+    pub task: TaskFigures,
+    /// Times, clocks and line.
+    #[serde(flatten)]
+    pub session: SessionFigures,
 }
 
 /// [`Counters`] as a result.
@@ -89,9 +142,9 @@ impl From<Counters> for CounterFigures {
     }
 }
 
-impl fmt::Display for SerialOutcome {
+impl fmt::Display for MoveFigures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { target_deg, tolerance_deg, duration_s, host_s, .. } = self;
+        let Self { target_deg, tolerance_deg, .. } = self;
         writeln!(f, "target             {target_deg:+.4} deg, tolerance {tolerance_deg} deg")?;
         match (self.final_angle_deg, self.final_sd_mdeg) {
             (Some(angle), Some(sd)) => writeln!(f, "estimated angle    {angle:+.5} deg +- {sd:.3} mdeg")?,
@@ -105,7 +158,49 @@ impl fmt::Display for SerialOutcome {
             (None, true) => "on target".to_owned(),
             (None, false) => "not within the tolerance".to_owned(),
         };
-        writeln!(f, "outcome            {verdict}")?;
+        writeln!(f, "outcome            {verdict}")
+    }
+}
+
+impl fmt::Display for RateFigures {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "rate               {:+.2} deg/s for {} s", self.rate_deg_s, self.asked_s)?;
+        match (self.mean_deg_s, self.measured_s) {
+            (Some(mean), Some(measured_s)) => {
+                writeln!(f, "mean rate          {mean:+.4} deg/s by the estimate over {measured_s:.2} s")?;
+            }
+            _ => writeln!(f, "mean rate          none: the rotor followed for too short a time")?,
+        }
+        if let Some(mean) = self.true_mean_deg_s {
+            write!(f, "true mean rate     {mean:+.4} deg/s")?;
+            let off = self.mean_error_percent.map(|percent| format!(": {percent:+.4} % off"));
+            writeln!(f, "{}", off.unwrap_or_default())?;
+        }
+        if self.reference_losses > 0 {
+            let losses = self.reference_losses;
+            writeln!(f, "reference          begun anew {losses} times, since the estimate was lost")?;
+        }
+        let verdict = match (self.reason, self.stopped_s) {
+            (Some(why), Some(at_s)) => format!("drive off for good after {at_s:.3} s: {why}"),
+            _ => "held to its end".to_owned(),
+        };
+        writeln!(f, "outcome            {verdict}")
+    }
+}
+
+impl fmt::Display for SerialOutcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.task {
+            TaskFigures::Move(figures) => figures.fmt(f)?,
+            TaskFigures::Rate(figures) => figures.fmt(f)?,
+        }
+        self.session.fmt(f)
+    }
+}
+
+impl fmt::Display for SessionFigures {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { duration_s, host_s, .. } = self;
         writeln!(
             f,
             "time taken         {duration_s:.4} s of the board's clock, {host_s:.3} s of the host's"
@@ -129,7 +224,7 @@ impl fmt::Display for SerialOutcome {
         )?;
         write!(f, "frames             {} sent", line.frames_sent)?;
         if line.frames_early > 0 {
-            write!(f, ", {} left out from before the move", line.frames_early)?;
+            write!(f, ", {} left out from before the run", line.frames_early)?;
         }
         writeln!(f, "; {} reports", line.reports)?;
         let Some(counters) = self.counters else { return Ok(()) };

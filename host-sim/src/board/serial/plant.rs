@@ -3,7 +3,8 @@
 //! The plant has no time of its own: it runs as far as the board has reported, and its frames go to the board at once.
 //! A report tells the drive and, of a cruise, a burst or a brake, when it began. When a drive ended between two reports
 //! is not told: the plant takes it to have ended with the later one, and misses a drive that began and ended in
-//! between. The board reports every millisecond.
+//! between. The board reports every millisecond. A rate changes its drive twice in that time: of both changes the plant
+//! learns the second, and when it was.
 
 use controller::{Drive as _, PositionLoop, Sense as _};
 use estimator::CameraFrame;
@@ -28,7 +29,7 @@ impl TickProgram for Follower {
     }
 }
 
-/// The plant of a move. Its time begins when the board is armed.
+/// The plant of a run. Its time begins when the board is armed.
 pub(super) struct PlantInTheLoop {
     driver: TickDriver<Follower>,
     ticks: u64,

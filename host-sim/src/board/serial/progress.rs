@@ -1,19 +1,43 @@
-//! What is known in the middle of a move, and who sees it.
+//! What is known in the middle of a run, and who sees it.
 
 use std::fmt;
 use std::ops::ControlFlow;
 
 use simulation::runs::record::RunRecord;
 
-/// What is known in the middle of a move.
+/// What the board is to reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Goal {
+    /// An angle.
+    Angle {
+        /// The target in degrees.
+        target_deg: f64,
+    },
+    /// A rate.
+    Rate {
+        /// The rate in deg/s.
+        rate_deg_s: f64,
+    },
+}
+
+impl fmt::Display for Goal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Angle { target_deg } => write!(f, "target {target_deg:+.4} deg"),
+            Self::Rate { rate_deg_s } => write!(f, "rate {rate_deg_s:+.2} deg/s"),
+        }
+    }
+}
+
+/// What is known in the middle of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Progress {
     /// Time since arming by the board's clock, in s.
     pub at_s: f64,
     /// Estimated angle and its standard deviation, in degrees; `None` before the first frame.
     pub angle_deg: Option<(f64, f64)>,
-    /// Target in degrees.
-    pub target_deg: f64,
+    /// What the board is to reach.
+    pub goal: Goal,
     /// What the controller does.
     pub phase: String,
     /// Whether the estimate may be used.
@@ -35,11 +59,11 @@ impl Progress {
         let clock = self.clock_us.map_or_else(String::new, |us| format!(", clock +- {us:.0} us"));
         let (mode, amplitude) = self.drive;
         format!(
-            "time {:9.3} s   {}   target {:+.4} deg\nphase {}, health {}, drive {mode} {:.0} %\n\
+            "time {:9.3} s   {}   {}\nphase {}, health {}, drive {mode} {:.0} %\n\
              line to the board {to:.0} %, from it {from:.0} %, {} reports{clock}",
             self.at_s,
             self.angle(),
-            self.target_deg,
+            self.goal,
             self.phase,
             self.health,
             100.0 * amplitude,
@@ -60,9 +84,9 @@ impl fmt::Display for Progress {
     }
 }
 
-/// Sees a move while it goes on.
+/// Sees a run while it goes on.
 pub trait Watcher {
-    /// Takes a record. [`ControlFlow::Break`] ends the move as an interruption does.
+    /// Takes a record. [`ControlFlow::Break`] ends the run as an interruption does.
     fn record(&mut self, record: &RunRecord) -> ControlFlow<()>;
 
     /// Takes what is known, ten times a second.

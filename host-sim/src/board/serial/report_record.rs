@@ -8,7 +8,7 @@ use controller::rate::RateStop;
 use estimator::{CameraFrame, Estimate, Health, Innovation};
 use link::numbering::PhaseRecord;
 use link::{RatePhase, RateRecord, TickRecord};
-use motor_model::{Angle, DriveCommand, Time};
+use motor_model::{Angle, DriveCommand, Time, math};
 
 use simulation::runs::record::{Impact, RunRecord, Task, Truth};
 
@@ -21,7 +21,7 @@ pub(super) struct ReportRecords {
 }
 
 impl ReportRecords {
-    /// The records of a move that begins at `begun_at` of the board's time.
+    /// The records of a run that begins at `begun_at` of the board's time.
     pub(super) fn new(begun_at: Time) -> Self {
         Self { begun_at, frames: Vec::new() }
     }
@@ -92,7 +92,7 @@ pub(super) struct Reported {
     pub(super) applied: DriveCommand,
     pub(super) phase: PhaseRecord,
     pub(super) task: Task,
-    /// When the cruise, burst or brake under way began.
+    /// When the cruise, burst or brake under way began; of a rate, since when the command is given.
     pub(super) since: Option<Time>,
 }
 
@@ -130,6 +130,11 @@ impl Reported {
             since: (record.since_nanos > 0).then(|| Time::from_nanos(record.since_nanos)),
         })
     }
+}
+
+/// The standard deviation in degrees of a variance in rad^2.
+pub(super) fn sd_deg(rad2: f32) -> f64 {
+    math::sqrt(f64::from(rad2)).to_degrees()
 }
 
 fn task(phase: PhaseRecord, health: Health, rate: Option<RateRecord>) -> Task {

@@ -10,7 +10,9 @@ use crate::studies::instrument_grid::InstrumentGridPlan;
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::shard::Shard;
 use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, response_map, stator};
-use simulation::runs::{commission, position, rate, recording, simulate};
+use controller::rate::{Profile, RateHold, RateTuning};
+use motor_model::Time;
+use simulation::runs::{closed_loop, commission, position, rate, recording, simulate};
 use simulation::scene::Scene;
 
 /// A scene of short runs that has a fault of each instrument, so that the keys of the faults are read.
@@ -25,7 +27,12 @@ fn short(sets: &[&str], faulty: bool) -> Scene {
 /// The table says of `command` what was read of `scene`.
 #[track_caller]
 fn agrees(command: &str, scene: &Scene) {
-    let reader = Reader::named(command);
+    agrees_with(Reader::named(command), scene);
+}
+
+#[track_caller]
+fn agrees_with(reader: &Reader, scene: &Scene) {
+    let command = reader.command;
     let stated: BTreeSet<&str> =
         registry().map(|setting| setting.key).filter(|key| reader.reads(key)).collect();
     let read = scene.keys_read();
@@ -65,7 +72,26 @@ fn exact_pil_reads_what_the_table_says() {
     position::run(&scene, |_| ()).unwrap();
     agrees("pil", &scene);
     // A real board does the same with the same preparation.
-    agrees("run", &scene);
+    agrees_with(&RUN_MOVE, &scene);
+}
+
+/// A real board holds a rate with this preparation, and no other course of it.
+#[test]
+fn exact_run_reads_what_the_tables_say() {
+    let scene = short(&["rate.duration_s=0.5", "plant.step_s=5e-6"], true);
+    pil::rate_preparation(&scene).unwrap();
+    closed_loop::rate(
+        &scene,
+        RateHold::new(Profile::dwell(500.0).unwrap(), RateTuning::default(), Time::ZERO),
+    )
+    .unwrap()
+    .next_tick();
+    agrees_with(&RUN_RATE, &scene);
+    // The table of the command is that of both.
+    let both = |key: &str| RUN_MOVE.reads(key) || RUN_RATE.reads(key);
+    for setting in registry() {
+        assert_eq!(Reader::named("run").reads(setting.key), both(setting.key), "{}", setting.key);
+    }
 }
 
 #[test]
@@ -167,6 +193,15 @@ fn exact_refusals_name_the_key_and_its_readers() {
     assert_eq!(
         refused("positioning-trials", "position.to_deg"),
         "error: positioning-trials sets position.to_deg itself; hint: position, pil, run read it"
+    );
+    let refused = |reader: &Reader, key| reader.admit(key).unwrap_err().one_line();
+    assert_eq!(
+        refused(&RUN_RATE, "rate.profile"),
+        "error: run --deg-s does not read rate.profile; hint: rate reads it"
+    );
+    assert_eq!(
+        refused(&RUN_MOVE, "rate.deg_s"),
+        "error: run without --deg-s does not read rate.deg_s; hint: rate, run read it"
     );
 }
 

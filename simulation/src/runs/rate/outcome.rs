@@ -10,7 +10,7 @@ use crate::runs::rotor_tilt::TiltFigures;
 use crate::runs::stated_errors::StatedErrors;
 
 /// Why the drive was switched off for good, in words.
-pub(super) fn reason(stop: RateStop) -> &'static str {
+pub fn reason(stop: RateStop) -> &'static str {
     match stop {
         RateStop::Stuck => "it does not turn the rotor",
         RateStop::WrongWay => "the rotor turns against the direction asked for",

@@ -1,4 +1,4 @@
-//! A move on a real board: from the first message to the acknowledged stop.
+//! A move or a rate on a real board: from the first message to the acknowledged stop.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,26 +7,26 @@ use std::time::Duration;
 use controller::PositionLoop;
 use estimator::CameraFrame;
 use link::camera_frame::{SHORT_FRAME_BYTES, UNIT_NANOS};
-use link::numbering::PhaseRecord;
 use link::{BoardMessage, Header, HostMessage, LdvRecords, TickRecord};
-use motor_model::{DriveCommand, Time, math};
+use motor_model::{DriveCommand, Time};
 
 use super::SerialError;
 use super::error::Stopped;
 use super::frame_source::FrameSource;
 use super::frame_text::HostFrame;
 use super::line_rate::{LineLoad, bytes_per_s};
-use super::outcome::{ClockFigures, CounterFigures, LineFigures, SerialOutcome};
+use super::outcome::{ClockFigures, CounterFigures, LineFigures, SerialOutcome, SessionFigures};
 use super::plant::PlantInTheLoop;
 use super::progress::{Progress, Watcher};
-use super::report_record::{ReportRecords, Reported};
+use super::report_record::{ReportRecords, Reported, sd_deg};
 use super::session::{BoardSession, Event, host_nanos, nanos, seconds};
-use crate::board::pil::{acknowledgement, preparation};
+use super::task::{BoardTask, WatchedTask};
+use crate::board::pil::acknowledgement;
 use simulation::math::count::real;
 use simulation::runs::record::mode_word;
 use simulation::scene::Scene;
 
-/// Time without a message of an armed board after which the move is ended. It reports every millisecond.
+/// Time without a message of an armed board after which the run is ended. It reports every millisecond.
 pub const SILENCE_MAX: Duration = Duration::from_secs(1);
 /// Time after which the host says that it is there, where there is no frame to send. A board that hears nothing for 10
 /// ms switches off.
@@ -35,35 +35,37 @@ const KEEP_ALIVE: Duration = Duration::from_millis(4);
 const CLOCK_EVERY: Duration = Duration::from_millis(100);
 /// Time after which a question counts as lost.
 const CLOCK_LOST: Duration = Duration::from_secs(1);
-/// Questions for the time, one after the other, that begin a move: enough for two exchanges to be kept.
+/// Questions for the time, one after the other, that begin a run: enough for two exchanges to be kept.
 const FIRST_QUESTIONS: u32 = 16;
 /// Time between two pictures of the live view.
 const PROGRESS_EVERY: Duration = Duration::from_millis(100);
-/// Times that the board is told what the move needs, before the host gives up.
+/// Times that the board is told what the run needs, before the host gives up.
 const UPLOADS_MAX: u32 = 3;
 /// Share of the line that camera frames may take.
 const FRAMES_SHARE_MAX: f64 = 0.7;
 
-/// A move on the board at a serial port.
+/// A move or a rate on the board at a serial port.
 #[derive(Clone, Copy, Debug)]
-pub struct SerialMove<'a> {
+pub struct SerialRun<'a> {
     /// Name of the port.
     pub port: &'a str,
     /// Its rate in baud.
     pub baud: u32,
-    /// Motor, instruments, filter and target.
+    /// Motor, instruments, filter, and target or rate.
     pub scene: &'a Scene,
+    /// What of the scene is asked of the board.
+    pub task: BoardTask,
     /// Where camera frames come from.
     pub source: &'a FrameSource,
-    /// Set to end the move.
+    /// Set to end the run.
     pub interrupted: &'a AtomicBool,
 }
 
-impl SerialMove<'_> {
-    /// Makes the move. The drive is off at the end, whatever the end is.
+impl SerialRun<'_> {
+    /// Makes the move, or holds the rate. The drive is off at the end, whatever the end is.
     ///
     /// # Errors
-    /// When the line does not carry the scene's instruments, there is no board, it refuses the scene, or the move ends
+    /// When the line does not carry the scene's instruments, there is no board, it refuses the scene, or the run ends
     /// before its end.
     pub fn run(&self, watcher: &mut impl Watcher) -> Result<SerialOutcome, SerialError> {
         self.check_line()?;
@@ -74,14 +76,14 @@ impl SerialMove<'_> {
             }
             _ => None,
         };
-        let messages = preparation(self.scene)?;
+        let messages = self.task.preparation(self.scene)?;
         let mut session = BoardSession::open(self.port, self.baud)?;
         upload(&mut session, &messages)?;
         self.source.forward_to(session.sender());
         let ticks = session.arm()?;
-        let mut armed = ArmedMove::new(self, session, plant, ticks);
+        let mut armed = ArmedRun::new(self, session, plant, ticks);
         let ending = armed.watch(self.interrupted, watcher);
-        armed.end(ending, self.scene)
+        armed.end(ending)
     }
 
     /// Refuses what the line cannot carry.
@@ -100,7 +102,7 @@ impl SerialMove<'_> {
     }
 }
 
-/// Tells the board what the move needs. The line may lose a frame or its answer: without an answer the board is told
+/// Tells the board what the run needs. The line may lose a frame or its answer: without an answer the board is told
 /// everything again, at most [`UPLOADS_MAX`] times in all.
 fn upload(session: &mut BoardSession, messages: &[HostMessage]) -> Result<(), SerialError> {
     let mut uploads = 1;
@@ -122,13 +124,14 @@ fn what(message: &HostMessage) -> &'static str {
         HostMessage::Instruments(_) => "the instruments",
         HostMessage::MotorParameter(_) => "a parameter of the motor",
         HostMessage::MapBegin | HostMessage::MapRows(_) | HostMessage::MapEnd(_) => "the response map",
+        HostMessage::ConfigureRate(_) => "the rate",
         _ => "the move",
     }
 }
 
 /// Why the watch has ended.
 enum Ending {
-    /// The board holds the target, or has given up.
+    /// The board holds the target, has held the rate, or has given up.
     Over,
     /// Before that.
     Early(Early),
@@ -151,17 +154,15 @@ impl From<SerialError> for Early {
     }
 }
 
-/// An armed board, and what is known of its move.
-struct ArmedMove {
+/// An armed board, and what is known of its run.
+struct ArmedRun {
     session: BoardSession,
     plant: Option<PlantInTheLoop>,
     records: ReportRecords,
     armed_at: i64,
     begun_ticks: u64,
-    target_deg: f64,
-    hold_nanos: u64,
+    task: WatchedTask,
     last: Option<(Time, Reported)>,
-    holding_since: Option<Time>,
     time_asked: i64,
     time_answers: u32,
     time_answered: bool,
@@ -172,15 +173,15 @@ struct ArmedMove {
     reports: u64,
 }
 
-impl ArmedMove {
+impl ArmedRun {
     fn new(
-        asked: &SerialMove<'_>,
+        asked: &SerialRun<'_>,
         mut session: BoardSession,
         plant: Option<PlantInTheLoop>,
         begun_ticks: u64,
     ) -> Self {
         let now = host_nanos();
-        // That of the move alone, without its preparation.
+        // That of the run alone, without its preparation.
         session.load = [LineLoad::default(); 2];
         Self {
             session,
@@ -188,10 +189,8 @@ impl ArmedMove {
             records: ReportRecords::new(Time::from_nanos(begun_ticks * PositionLoop::TICK_NANOS)),
             armed_at: now,
             begun_ticks,
-            target_deg: asked.scene.number("position.to_deg"),
-            hold_nanos: asked.scene.nanos("position.hold_s"),
+            task: asked.task.watched(asked.scene),
             last: None,
-            holding_since: None,
             time_asked: now,
             time_answers: 1,
             time_answered: true,
@@ -213,7 +212,7 @@ impl ArmedMove {
         }
     }
 
-    /// Does what is due, and takes the next event; whether the move is over.
+    /// Does what is due, and takes the next event; whether the run is over.
     fn next(&mut self, interrupted: &AtomicBool, watcher: &mut impl Watcher) -> Result<bool, Early> {
         if interrupted.load(Ordering::Relaxed) {
             return Err(Early::Interrupted);
@@ -258,7 +257,7 @@ impl ArmedMove {
         Ok(false)
     }
 
-    /// Takes a report; whether the move is over with it.
+    /// Takes a report; whether the run is over with it.
     fn report(
         &mut self,
         header: Header,
@@ -288,14 +287,9 @@ impl ArmedMove {
                 flow = watcher.record(record);
             }
         });
-        let holds = reported.phase == PhaseRecord::Holding;
-        self.holding_since = if holds { self.holding_since.or(Some(at)) } else { None };
+        let is_over = self.task.take(self.records.since_begin(at), &reported, truth);
         self.last = Some((at, reported));
-        if flow.is_break() {
-            return Err(Early::Interrupted);
-        }
-        let held = self.holding_since.is_some_and(|since| at.nanos_since(since) >= self.hold_nanos);
-        Ok(held || matches!(reported.phase, PhaseRecord::Stopped(_)))
+        if flow.is_break() { Err(Early::Interrupted) } else { Ok(is_over) }
     }
 
     /// Sends a frame of the source, by the board's clock.
@@ -331,7 +325,7 @@ impl ArmedMove {
         Progress {
             at_s: last.map_or(0.0, |(at, _)| self.records.since_begin(*at).seconds_since(Time::ZERO)),
             angle_deg: estimate.map(|estimate| (estimate.angle.degrees(), sd_deg(estimate.angle_rad2))),
-            target_deg: self.target_deg,
+            goal: self.task.goal(),
             phase: reported.map_or_else(|| "armed".to_owned(), |reported| reported.task.word().into_owned()),
             health: reported
                 .map_or_else(|| "not known".to_owned(), |reported| format!("{:?}", reported.health)),
@@ -342,8 +336,8 @@ impl ArmedMove {
         }
     }
 
-    /// Stops the drive, and says what became of the move.
-    fn end(mut self, ending: Ending, scene: &Scene) -> Result<SerialOutcome, SerialError> {
+    /// Stops the drive, and says what became of the run.
+    fn end(mut self, ending: Ending) -> Result<SerialOutcome, SerialError> {
         let host_s = seconds(host_nanos() - self.armed_at);
         let early = match ending {
             Ending::Over => None,
@@ -356,7 +350,7 @@ impl ArmedMove {
         let stopped = if acknowledged { Stopped::Acknowledged } else { Stopped::Unacknowledged };
         let after_s = host_s;
         match early {
-            None => Ok(self.outcome(scene, host_s, acknowledged)),
+            None => Ok(self.outcome(host_s, acknowledged)),
             Some(Early::Interrupted) => Err(SerialError::Interrupted { stopped }),
             Some(Early::Silent) => {
                 Err(SerialError::Silent { silent_s: SILENCE_MAX.as_secs_f64(), after_s, stopped })
@@ -368,33 +362,17 @@ impl ArmedMove {
         }
     }
 
-    fn outcome(mut self, scene: &Scene, host_s: f64, stop_acknowledged: bool) -> SerialOutcome {
-        let (target_deg, tolerance_deg) = (self.target_deg, scene.number("position.tolerance_deg"));
+    fn outcome(mut self, host_s: f64, stop_acknowledged: bool) -> SerialOutcome {
         let (at, reported) = self.last.map_or((None, None), |(at, reported)| (Some(at), Some(reported)));
-        let estimate = reported.and_then(|reported| reported.estimate);
         let truth = self.plant.as_ref().and_then(PlantInTheLoop::truth);
-        let error_deg = |angle: motor_model::Angle| angle.degrees() - target_deg;
-        let final_angle = truth.map(|truth| truth.angle).or(estimate.map(|estimate| estimate.angle));
-        let stopped = match reported.map(|reported| reported.phase) {
-            Some(PhaseRecord::Stopped(why)) => Some(format!("{why:?}")),
-            _ => None,
-        };
-        let within = final_angle.is_some_and(|angle| error_deg(angle).abs() <= tolerance_deg);
         let counters = self.session.counters();
         let now = host_nanos();
         let clock = self.session.clock().zip(self.session.shortest_nanos());
         let baud = self.session.baud();
         let [to, from] = self.session.load.map(|load| load.mean(host_s, baud));
-        SerialOutcome {
-            target_deg,
-            tolerance_deg,
-            final_angle_deg: estimate.map(|estimate| estimate.angle.degrees()),
-            final_sd_mdeg: estimate.map(|estimate| 1e3 * sd_deg(estimate.angle_rad2)),
-            final_error_true_mdeg: truth.map(|truth| 1e3 * error_deg(truth.angle)),
+        let session = SessionFigures {
             duration_s: at.map_or(0.0, |at| self.records.since_begin(at).seconds_since(Time::ZERO)),
             host_s,
-            ok: stopped.is_none() && self.holding_since.is_some() && within,
-            stopped,
             stop_acknowledged,
             clock: clock.map(|(clock, shortest)| ClockFigures {
                 uncertainty_us: 1e-3 * clock.uncertainty_nanos(now),
@@ -412,11 +390,7 @@ impl ArmedMove {
                 reports: self.reports,
             },
             counters: counters.map(CounterFigures::from),
-        }
+        };
+        SerialOutcome { task: self.task.figures(reported.as_ref(), truth), session }
     }
-}
-
-/// The standard deviation in degrees of a variance in rad^2.
-fn sd_deg(rad2: f32) -> f64 {
-    math::sqrt(f64::from(rad2)).to_degrees()
 }

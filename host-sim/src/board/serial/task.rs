@@ -1,0 +1,287 @@
+//! What is asked of a board, and what is seen of it: a move, or a rate.
+//!
+//! The mean of a rate is the turn from the first to the last report in which the rotor follows, over the time between
+//! them, without the first [`SETTLE_S`]:
+//!
+//! ```text
+//! mean rate = (angle_last - angle_first) / (t_last - t_first)          mean error = (mean rate - asked) / |asked|
+//! ```
+//!
+//! Its error is that of the two angles over the time between them.
+
+use link::{HostMessage, PhaseRecord, RatePhase};
+use motor_model::{Angle, Time};
+
+use super::outcome::{MoveFigures, RateFigures, TaskFigures};
+use super::progress::Goal;
+use super::report_record::{Reported, sd_deg};
+use crate::board::BoardError;
+use crate::board::pil::{preparation, rate_preparation};
+use simulation::runs::rate::{SETTLE_S, reason};
+use simulation::runs::record::Truth;
+use simulation::scene::Scene;
+
+/// What is asked of a board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BoardTask {
+    /// The move of a scene.
+    Move,
+    /// The rate of a scene, from the start to its end.
+    Rate,
+}
+
+impl BoardTask {
+    /// What the board is told before it is armed.
+    ///
+    /// # Errors
+    /// When the scene's map is for another design.
+    pub(super) fn preparation(self, scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
+        match self {
+            Self::Move => preparation(scene),
+            Self::Rate => rate_preparation(scene),
+        }
+    }
+
+    /// What is to be seen of it.
+    pub(super) fn watched(self, scene: &Scene) -> WatchedTask {
+        match self {
+            Self::Move => WatchedTask::Move(WatchedMove {
+                target_deg: scene.number("position.to_deg"),
+                tolerance_deg: scene.number("position.tolerance_deg"),
+                hold_nanos: scene.nanos("position.hold_s"),
+                holding_since: None,
+            }),
+            Self::Rate => WatchedTask::Rate(WatchedRate {
+                rate_deg_s: scene.number("rate.deg_s"),
+                asked_s: scene.number("rate.duration_s"),
+                ..WatchedRate::default()
+            }),
+        }
+    }
+}
+
+/// What has been seen of a task.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum WatchedTask {
+    Move(WatchedMove),
+    Rate(WatchedRate),
+}
+
+impl WatchedTask {
+    /// Takes a report at `at` since arming, and the truth beside it; whether the task is over with it.
+    pub(super) fn take(&mut self, at: Time, reported: &Reported, truth: Option<Truth>) -> bool {
+        match self {
+            Self::Move(watched) => watched.take(at, reported),
+            Self::Rate(watched) => watched.take(at, reported, truth),
+        }
+    }
+
+    pub(super) fn goal(&self) -> Goal {
+        match self {
+            Self::Move(watched) => Goal::Angle { target_deg: watched.target_deg },
+            Self::Rate(watched) => Goal::Rate { rate_deg_s: watched.rate_deg_s },
+        }
+    }
+
+    /// The figures, after the last report and the truth beside it.
+    pub(super) fn figures(&self, last: Option<&Reported>, truth: Option<Truth>) -> TaskFigures {
+        match self {
+            Self::Move(watched) => TaskFigures::Move(watched.figures(last, truth)),
+            Self::Rate(watched) => TaskFigures::Rate(watched.figures()),
+        }
+    }
+}
+
+/// What has been seen of a move.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WatchedMove {
+    target_deg: f64,
+    tolerance_deg: f64,
+    hold_nanos: u64,
+    holding_since: Option<Time>,
+}
+
+impl WatchedMove {
+    fn take(&mut self, at: Time, reported: &Reported) -> bool {
+        let holds = reported.phase == PhaseRecord::Holding;
+        self.holding_since = if holds { self.holding_since.or(Some(at)) } else { None };
+        let held = self.holding_since.is_some_and(|since| at.nanos_since(since) >= self.hold_nanos);
+        held || matches!(reported.phase, PhaseRecord::Stopped(_))
+    }
+
+    fn figures(&self, last: Option<&Reported>, truth: Option<Truth>) -> MoveFigures {
+        let Self { target_deg, tolerance_deg, .. } = *self;
+        let estimate = last.and_then(|reported| reported.estimate);
+        let error_deg = |angle: Angle| angle.degrees() - target_deg;
+        let final_angle = truth.map(|truth| truth.angle).or(estimate.map(|estimate| estimate.angle));
+        let stopped = match last.map(|reported| reported.phase) {
+            Some(PhaseRecord::Stopped(why)) => Some(format!("{why:?}")),
+            _ => None,
+        };
+        let within = final_angle.is_some_and(|angle| error_deg(angle).abs() <= tolerance_deg);
+        MoveFigures {
+            target_deg,
+            tolerance_deg,
+            final_angle_deg: estimate.map(|estimate| estimate.angle.degrees()),
+            final_sd_mdeg: estimate.map(|estimate| 1e3 * sd_deg(estimate.angle_rad2)),
+            final_error_true_mdeg: truth.map(|truth| 1e3 * error_deg(truth.angle)),
+            ok: stopped.is_none() && self.holding_since.is_some() && within,
+            stopped,
+        }
+    }
+}
+
+/// A report in which the rotor follows.
+#[derive(Clone, Copy, Debug)]
+struct Followed {
+    at: Time,
+    estimated: Angle,
+    truth: Option<Angle>,
+}
+
+/// What has been seen of a rate.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct WatchedRate {
+    rate_deg_s: f64,
+    asked_s: f64,
+    first: Option<Followed>,
+    last: Option<Followed>,
+    is_following: bool,
+    losses: u32,
+    is_over: bool,
+    stopped: Option<(controller::rate::RateStop, f64)>,
+}
+
+impl WatchedRate {
+    fn take(&mut self, at: Time, reported: &Reported, truth: Option<Truth>) -> bool {
+        let at_s = at.seconds_since(Time::ZERO);
+        let follows = reported.phase == PhaseRecord::Rate(RatePhase::Following);
+        match (reported.phase, reported.estimate) {
+            (PhaseRecord::Rate(RatePhase::Following), Some(estimate)) if at_s >= SETTLE_S => {
+                let followed =
+                    Followed { at, estimated: estimate.angle, truth: truth.map(|truth| truth.angle) };
+                self.first.get_or_insert(followed);
+                self.last = Some(followed);
+            }
+            (PhaseRecord::Rate(RatePhase::Waiting), _) => self.losses += u32::from(self.is_following),
+            (PhaseRecord::Rate(RatePhase::Over), _) => self.is_over = true,
+            (PhaseRecord::Rate(RatePhase::Stopped(why)), _) => {
+                self.stopped.get_or_insert((why, at_s));
+            }
+            _ => {}
+        }
+        self.is_following = follows;
+        self.is_over || self.stopped.is_some()
+    }
+
+    fn figures(&self) -> RateFigures {
+        let Self { rate_deg_s, asked_s, losses, .. } = *self;
+        let over = self.first.zip(self.last).map(|(first, last)| {
+            let measured_s: f64 = last.at.seconds_since(first.at);
+            (first, last, measured_s)
+        });
+        let over = over.filter(|(_, _, measured_s)| *measured_s > 0.0);
+        let mean = |from: Angle, to: Angle, measured_s: f64| to.minus(from).degrees() / measured_s;
+        let mean_deg_s = over.map(|(first, last, s)| mean(first.estimated, last.estimated, s));
+        let true_mean_deg_s =
+            over.and_then(|(first, last, s)| first.truth.zip(last.truth).map(|(from, to)| mean(from, to, s)));
+        RateFigures {
+            rate_deg_s,
+            asked_s,
+            measured_s: over.map(|(_, _, measured_s)| measured_s),
+            mean_deg_s,
+            true_mean_deg_s,
+            mean_error_percent: true_mean_deg_s
+                .filter(|_| rate_deg_s.abs() > 0.0)
+                .map(|mean| 100.0 * (mean - rate_deg_s) / rate_deg_s.abs()),
+            reference_losses: losses,
+            stopped: self.stopped.map(|(why, _)| format!("{why:?}")),
+            reason: self.stopped.map(|(why, _)| reason(why)),
+            stopped_s: self.stopped.map(|(_, at_s)| at_s),
+            ok: self.is_over && self.stopped.is_none(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use controller::RateReport;
+    use controller::rate::RateStop;
+    use estimator::{Estimate, Health};
+    use link::TickRecord;
+    use motor_model::DriveCommand;
+
+    use super::*;
+
+    /// The report of a board at `at` whose rotor has turned by `deg`, and is to turn unless `stopped`.
+    fn reported(at: Time, deg: f64, follows: bool, stopped: Option<RateStop>) -> Reported {
+        let angle = Angle::from_degrees(deg);
+        let estimate = Estimate {
+            at,
+            angle,
+            rate_rad_s: 1.0,
+            angle_rad2: 1e-9,
+            angle_rate_rad2_s: 0.0,
+            rate_rad2_s2: 1.0,
+            resting: false,
+        };
+        let report = RateReport {
+            estimate: Some(estimate),
+            health: Health::Good,
+            camera: None,
+            command: DriveCommand::OFF,
+            applied: DriveCommand::OFF,
+            wanted_rad_s: 1.0,
+            reference: follows.then_some(angle),
+            since: at,
+            stopped,
+        };
+        Reported::of(&TickRecord::from(&report)).unwrap()
+    }
+
+    /// 100 deg/s by the estimate and 99 in truth, over what follows after settling. A loss in between is counted, and
+    /// the stop ends it.
+    #[test]
+    fn exact_the_mean_is_over_what_follows_after_settling() {
+        let sets = ["rate.deg_s=100".to_owned(), "rate.duration_s=2".to_owned()];
+        let mut watched = BoardTask::Rate.watched(&Scene::of_sets(&sets).unwrap());
+        let truth = |deg| Some(Truth { angle: Angle::from_degrees(deg), ..Truth::default() });
+        for ms in 0..1000_u64 {
+            let at = Time::from_nanos(ms * 1_000_000);
+            let s: f64 = at.seconds_since(Time::ZERO);
+            // Thrown to somewhere else before it has settled.
+            let deg = if ms < 250 { 40.0 } else { 100.0 * s };
+            let report = reported(at, deg, !(500..510).contains(&ms), None);
+            assert!(!watched.take(at, &report, truth(0.99 * deg)));
+        }
+        let at = Time::from_nanos(1_000_000_000);
+        assert!(watched.take(at, &reported(at, 0.0, true, Some(RateStop::WrongWay)), truth(0.0)));
+        let TaskFigures::Rate(figures) = watched.figures(None, None) else { panic!("a rate") };
+        let near = |found: Option<f64>, expected: f64| (found.unwrap() - expected).abs() < 1e-4;
+        assert!(near(figures.measured_s, 0.749) && near(figures.mean_deg_s, 100.0), "{figures:?}");
+        assert!(near(figures.true_mean_deg_s, 99.0) && near(figures.mean_error_percent, -1.0), "{figures:?}");
+        assert_eq!(
+            (figures.reference_losses, figures.stopped.as_deref(), figures.ok),
+            (1, Some("WrongWay"), false)
+        );
+        assert!(near(figures.stopped_s, 1.0), "{figures:?}");
+    }
+
+    /// Nothing is said of a rate that never followed, nor in percent of a rate of 0.
+    #[test]
+    fn exact_what_is_not_known_is_not_said() {
+        let scene = |rate: &str| Scene::of_sets(&[format!("rate.deg_s={rate}")]).unwrap();
+        let TaskFigures::Rate(figures) = BoardTask::Rate.watched(&scene("5")).figures(None, None) else {
+            panic!("a rate")
+        };
+        assert_eq!((figures.measured_s, figures.mean_deg_s, figures.ok), (None, None, false));
+        let mut watched = BoardTask::Rate.watched(&scene("0"));
+        for ms in [300, 400] {
+            let at = Time::from_nanos(ms * 1_000_000);
+            watched.take(at, &reported(at, 1.0, true, None), Some(Truth::default()));
+        }
+        let TaskFigures::Rate(figures) = watched.figures(None, None) else { panic!("a rate") };
+        assert_eq!((figures.mean_deg_s, figures.true_mean_deg_s), (Some(0.0), Some(0.0)));
+        assert_eq!(figures.mean_error_percent, None);
+    }
+}
