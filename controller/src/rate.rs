@@ -24,7 +24,7 @@ use motor_model::{Angle, AngleAccumulator, DriveCommand, DriveMode, Time};
 
 pub use self::limits::{RateLimits, RateStop};
 use self::limits::{RateState, RateWatch};
-pub use self::profile::{Profile, RATE_MAX_RAD_S};
+pub use self::profile::{Dwell, Profile, RATE_MAX_RAD_S, RateProfile};
 use crate::positioning::PositioningTuning;
 use crate::response_map::{ResponseMap, direction};
 
@@ -74,11 +74,11 @@ impl RateTuning {
     }
 }
 
-/// The rate controller.
+/// The rate controller, which follows a [`Profile`] or another [`RateProfile`].
 #[derive(Clone, Copy, Debug)]
-pub struct RateHold {
+pub struct RateHold<P = Profile> {
     tuning: RateTuning,
-    profile: Profile,
+    profile: P,
     started_at: Time,
     decided_at: Time,
     reference: Option<AngleAccumulator<f32>>,
@@ -89,9 +89,9 @@ pub struct RateHold {
     stopped: Option<RateStop>,
 }
 
-impl RateHold {
+impl<P: RateProfile> RateHold<P> {
     /// Follows `profile` from `now` on.
-    pub fn new(profile: Profile, tuning: RateTuning, now: Time) -> Self {
+    pub fn new(profile: P, tuning: RateTuning, now: Time) -> Self {
         Self {
             tuning,
             profile,

@@ -7,7 +7,7 @@ use motor_model::{Angle, DriveCommand, Time};
 
 use crate::ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
 use crate::positioning::{Positioning, PositioningPhase, PositioningTuning};
-use crate::rate::{RateHold, RateStop};
+use crate::rate::{RateHold, RateProfile, RateStop};
 use crate::response_map::ResponseMap;
 use crate::target::Target;
 
@@ -175,10 +175,10 @@ pub fn tick_rate<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
 }
 
 /// The same with `map`, `filter` and `hold` in places of their own, as [`tick_by`].
-pub fn tick_rate_by<F: AngleFilter<f32>, P: Sense + Drive>(
+pub fn tick_rate_by<F: AngleFilter<f32>, C: RateProfile, P: Sense + Drive>(
     map: &ResponseMap,
     filter: &mut F,
-    hold: &mut RateHold,
+    hold: &mut RateHold<C>,
     now: Time,
     ports: &mut P,
 ) -> RateReport {

@@ -3,7 +3,7 @@
 //! Both sides read what is asked by [`RateConfiguration::checked`], so that the host knows beforehand what the board
 //! refuses.
 
-use controller::rate::{Profile, RateLimits, RateStop, RateTuning};
+use controller::rate::{Dwell, RateLimits, RateStop, RateTuning};
 use controller::{RateReport, Travel};
 use estimator::Instruments;
 use motor_model::OutOfBounds;
@@ -16,7 +16,7 @@ use crate::message::FilterKind;
 pub struct RateConfiguration {
     /// The filter to estimate by.
     pub filter: FilterKind,
-    /// The rate in deg/s, clockwise positive; bounds as in [`Profile::dwell`]. 0 asks for rest.
+    /// The rate in deg/s, clockwise positive; bounds as in [`Dwell::try_new`]. 0 asks for rest.
     pub rate_deg_s: f64,
     /// Time after arming for which it is held, in ns, at most [`Self::TIME_MAX_S`]. The drive is off from then on.
     pub duration_nanos: u64,
@@ -41,12 +41,12 @@ impl RateConfiguration {
     /// Longest times, in s: a day.
     pub const TIME_MAX_S: f64 = 86_400.0;
 
-    /// The profile, and the tuning on a bench of `instruments`.
+    /// The rate, and the tuning on a bench of `instruments`.
     ///
     /// # Errors
     /// When rate, duration or a limit is out of bounds.
-    pub fn checked(&self, instruments: &Instruments) -> Result<(Profile, RateTuning), OutOfBounds> {
-        let profile = Profile::dwell(self.rate_deg_s)?;
+    pub fn checked(&self, instruments: &Instruments) -> Result<(Dwell, RateTuning), OutOfBounds> {
+        let profile = Dwell::try_new(self.rate_deg_s)?;
         check_s("rate.duration_s", self.duration_nanos, (0.0, Self::TIME_MAX_S))?;
         let tuning = RateTuning::new(instruments);
         Ok((profile, RateTuning { limits: self.limits.within(tuning.limits)?, ..tuning }))
@@ -135,7 +135,7 @@ mod tests {
     fn exact_limits_go_to_their_places() {
         let instruments = Instruments::default();
         let (profile, tuning) = RATE.checked(&instruments).unwrap();
-        assert_eq!((profile, tuning), (Profile::dwell(-100.0).unwrap(), RateTuning::new(&instruments)));
+        assert_eq!((profile, tuning), (Dwell::try_new(-100.0).unwrap(), RateTuning::new(&instruments)));
         let limits = RateLimitsRecord {
             travel_deg: Some((-10.0, 20.0)),
             on_max_nanos: Some(3 * S),

@@ -2,6 +2,48 @@
 
 use motor_model::{OutOfBounds, math};
 
+/// A rate over time, as a rate controller follows it.
+pub trait RateProfile: Copy {
+    /// The rate at `time_s` since the start, in rad/s, clockwise positive. Exactly 0 asks for rest.
+    fn rate_rad_s(&self, time_s: f32) -> f32;
+}
+
+/// One rate. A controller that follows nothing else computes no sine, for which a microcontroller without double
+/// precision takes long.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dwell {
+    rate_rad_s: f32,
+}
+
+impl Dwell {
+    /// Rest.
+    pub const REST: Self = Self { rate_rad_s: 0.0 };
+
+    /// One rate in deg/s.
+    ///
+    /// # Errors
+    /// When the rate is no number, or beyond +-1100 deg/s.
+    pub fn try_new(rate_deg_s: f64) -> Result<Self, OutOfBounds> {
+        let max = RATE_MAX_RAD_S.to_degrees();
+        OutOfBounds::check("rate.deg_s", rate_deg_s, -max, max, "deg/s")?;
+        #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
+        let rate_rad_s = rate_deg_s.to_radians() as f32;
+        Ok(Self { rate_rad_s })
+    }
+}
+
+impl RateProfile for Dwell {
+    fn rate_rad_s(&self, _: f32) -> f32 {
+        self.rate_rad_s
+    }
+}
+
+impl RateProfile for Profile {
+    fn rate_rad_s(&self, time_s: f32) -> f32 {
+        Self::rate_rad_s(self, time_s)
+    }
+}
+
 /// A rate over time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Profile {
@@ -52,12 +94,9 @@ impl Profile {
     /// A dwell.
     ///
     /// # Errors
-    /// When the rate is no number, or beyond +-1100 deg/s.
+    /// As [`Dwell::try_new`].
     pub fn dwell(rate_deg_s: f64) -> Result<Self, OutOfBounds> {
-        let max = RATE_MAX_RAD_S.to_degrees();
-        OutOfBounds::check("rate.deg_s", rate_deg_s, -max, max, "deg/s")?;
-        #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
-        let rate_rad_s = rate_deg_s.to_radians() as f32;
+        let Dwell { rate_rad_s } = Dwell::try_new(rate_deg_s)?;
         Ok(Self::Dwell { rate_rad_s })
     }
 

@@ -1,7 +1,7 @@
 //! The rate that the host has configured. Its loop is [`controller::rate`]; its end is here: from then on the drive is
 //! off, and the loop goes on estimating and reporting.
 
-use controller::rate::{Profile, RateHold, RateTuning};
+use controller::rate::{Dwell, RateHold, RateTuning};
 use controller::{Drive, ResponseMap, Sense, tick_rate_by};
 use link::{RateConfiguration, RatePhase};
 use motor_model::Time;
@@ -11,18 +11,15 @@ use super::map_memory::MapMemory;
 use crate::filter::SelectedFilter;
 use crate::loop_report::LoopReport;
 
-/// No rate.
-const REST: Profile = Profile::Dwell { rate_rad_s: 0.0 };
-
 /// A configuration that was checked, as [`super::configured_move::Move`].
 #[derive(Debug)]
 pub(super) struct Rate {
     pub(super) configuration: RateConfiguration,
-    profile: Profile,
+    profile: Dwell,
     tuning: RateTuning,
     armed_at: Time,
     /// The rate is held from arming on.
-    hold: RateHold,
+    hold: RateHold<Dwell>,
     is_over: bool,
 }
 
@@ -61,7 +58,7 @@ impl Rate {
         // A rate that was stopped stays so, and its reports say why.
         if held_nanos > self.configuration.duration_nanos && !self.is_over && self.hold.stopped().is_none() {
             self.is_over = true;
-            self.hold = RateHold::new(REST, self.tuning, now);
+            self.hold = RateHold::new(Dwell::REST, self.tuning, now);
         }
         let report = tick_rate_by(map, filter, &mut self.hold, now, ports);
         let phase = if self.is_over { RatePhase::Over } else { RatePhase::from(&report) };

@@ -1,5 +1,5 @@
 use super::*;
-use controller::rate::RateHold;
+use controller::rate::{Profile, RateHold};
 use controller::response_map::Burst;
 use controller::{Drive, Limits, PositionLoop, PositioningTuning, RateLoop, ResponseMap, Sense, Target};
 use estimator::{CameraFrame, Instruments, LdvSample};
@@ -95,7 +95,8 @@ impl Processor for SecondLoop {
                 OwnLoop::Move(PositionLoop::new(filter(asked.filter)?, map, target, tuning, Time::ZERO))
             }
             Some(HostMessage::ConfigureRate(asked)) => {
-                let (profile, tuning) = asked.checked(&instruments)?;
+                let (_, tuning) = asked.checked(&instruments)?;
+                let profile = Profile::dwell(asked.rate_deg_s)?;
                 let hold = RateHold::new(profile, tuning, Time::ZERO);
                 OwnLoop::Rate(RateLoop::new(filter(asked.filter)?, map, hold))
             }
