@@ -36,6 +36,14 @@ impl Target {
         Self::try_new(self.angle.degrees() + by_deg, self.tolerance.degrees())
     }
 
+    /// The target at `angle`, with the same tolerance.
+    ///
+    /// # Errors
+    /// As [`Self::try_new`].
+    pub fn at(self, angle: Angle) -> Result<Self, OutOfBounds> {
+        Self::try_new(angle.degrees(), self.tolerance.degrees())
+    }
+
     /// The target angle.
     pub fn angle(&self) -> Angle {
         self.angle
@@ -156,6 +164,18 @@ mod tests {
         }
         // Rounded to 2^-32 turn each time.
         assert!((target.angle().degrees() - 360.0).abs() < 3600.0 * 4.2e-8);
+    }
+
+    /// The angle is that given, to the last unit, and the tolerance stays.
+    #[test]
+    fn exact_a_target_at_an_angle_keeps_the_tolerance() {
+        let target = Target::try_new(5.0, 0.02).unwrap();
+        for units in [0, 1, -1, (1 << 40) + 1, -(1 << 41) - 7, (1000 << 32) - 1] {
+            let angle = Angle::from_units(units);
+            let there = target.at(angle).unwrap();
+            assert_eq!((there.angle(), there.tolerance()), (angle, target.tolerance()));
+        }
+        assert_eq!(target.at(Angle::from_degrees(4e5)).unwrap_err().key, "position.to_deg");
     }
 
     #[test]

@@ -20,6 +20,7 @@
 //! | `configured_move` | the bench as the host describes it, and the move or the rate that is configured on it |
 //! | `configured_rate` | the rate, and its end |
 //! | `forecast` | what a move will take, asked before it is configured |
+//! | `retarget` | another target for the move under way |
 //! | `map_memory` | the response map, as it comes in parts |
 //! | `measurements`, `ports` | the queues of measurements until the next tick, and what a tick sees of the board |
 
@@ -30,6 +31,7 @@ mod forecast;
 mod map_memory;
 mod measurements;
 mod ports;
+mod retarget;
 #[cfg(test)]
 mod tests;
 
@@ -398,6 +400,8 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             },
             HostMessage::Count => BoardMessage::Counters(self.counters()),
             HostMessage::Forecast(question) => self.forecast(*question),
+            HostMessage::Retarget(target) => self.retarget(Some(*target)),
+            HostMessage::Hold => self.retarget(None),
         })
     }
 

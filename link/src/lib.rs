@@ -72,7 +72,7 @@ pub use map_rows::{
 };
 pub use message::{
     BoardFault, BoardMessage, CameraRecord, Configuration, Counters, FilterKind, HostMessage, LdvRecord,
-    LdvRecords, MotorParameterRecord, SettingKey,
+    LdvRecords, MotorParameterRecord, SettingKey, TargetRecord,
 };
 pub use numbering::{Coded, Numbered, PhaseRecord};
 pub use rate::{RateConfiguration, RateLimitsRecord, RatePhase, RateRecord};

@@ -48,6 +48,13 @@ pub enum HostMessage {
     /// The rate to hold once armed, instead of a move. Refused as a whole when a value is out of bounds, and while
     /// armed.
     ConfigureRate(RateConfiguration),
+    /// Another target for the move under way, whose deadline begins anew; what was learnt of the motor is kept. A stop
+    /// and another arming make the configured move again. Refused when a value is out of bounds, and unless a move is
+    /// armed; the move then goes on as it is.
+    Retarget(TargetRecord),
+    /// The same with the angle at which the rotor is now as the target, and the tolerance as it is. Refused without a
+    /// usable estimate as well.
+    Hold,
 }
 
 /// From the board to the host.
@@ -74,6 +81,11 @@ pub enum BoardMessage {
     Described,
     /// Answer to [`HostMessage::Forecast`].
     Forecast(ForecastAnswer),
+    /// Answer to [`HostMessage::Retarget`] and [`HostMessage::Hold`].
+    Retargeted {
+        /// The target that is moved to from now on, in units of 2^-32 turn.
+        target_units: i64,
+    },
 }
 
 /// The filters that the board has.
@@ -98,6 +110,15 @@ pub struct Configuration {
     pub tolerance_deg: f64,
     /// Time after arming at which the move is given up, in ns.
     pub deadline_nanos: u64,
+}
+
+/// A target on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TargetRecord {
+    /// As in [`Configuration::target_deg`].
+    pub target_deg: f64,
+    /// As in [`Configuration::tolerance_deg`].
+    pub tolerance_deg: f64,
 }
 
 /// A parameter of the motor on the wire.
@@ -210,6 +231,12 @@ pub enum BoardFault {
     /// A response map is refused, or does not go with the motor. Rows that are refused leave those before them.
     #[error("response map: {0}")]
     Map(MapFault),
+    /// A target was asked for while a rate is held, which has none. The rate goes on.
+    #[error("no move is under way: a rate has no target")]
+    NoMove,
+    /// The angle of the rotor is not known well enough to be a target. The move goes on.
+    #[error("there is no usable estimate of the angle")]
+    NoEstimate,
 }
 
 /// Counts of received frames, of dropped measurements and of missed deadlines since the start.

@@ -7,7 +7,10 @@ use std::process::{Command, Stdio};
 use estimator::{CameraDescription, Instruments};
 use host_sim::board::pil::FreeRunningBoard;
 use host_sim::board::telemetry::{LogDictionary, LogEntry, LogReader};
-use link::{BoardFault, BoardMessage, Configuration, Counters, FilterKind, HostMessage, VERSION};
+use link::{
+    BoardFault, BoardMessage, Configuration, Counters, FilterKind, HostMessage, TargetRecord, VERSION,
+};
+use motor_model::Angle;
 
 const MOVE: Configuration = Configuration {
     filter: FilterKind::Twin,
@@ -75,6 +78,25 @@ fn tool_board_latches_off_when_the_host_falls_silent() {
     assert_eq!((counters.overruns, counters.damaged, counters.lost), (0, 0, 0), "{counters:?}");
     // Interrupts nest on the same stack, of 40 KiB; building the twin's filter goes deepest here.
     assert!((4096..32 * 1024).contains(&counters.stack_bytes_max), "{counters:?}");
+}
+
+/// A target that comes while a move is under way is taken, and one where the rotor is needs to know where that is. The
+/// frames come in one block: the board's time does not wait for the host.
+#[test]
+fn tool_board_moves_on_to_another_target_while_armed() {
+    let mut board = Board::start(None);
+    board.answers(&HostMessage::Hello, &BoardMessage::Welcome { tick_nanos: 10_000 });
+    board.answers(&HostMessage::Configure(MOVE), &BoardMessage::Configured);
+    let target = TargetRecord { target_deg: -30.0, tolerance_deg: 0.02 };
+    let frames: Vec<u8> = [HostMessage::Arm, HostMessage::Retarget(target), HostMessage::Hold]
+        .iter()
+        .flat_map(|message| board.0.frame(message).expect("it fits"))
+        .collect();
+    board.send(&frames);
+    assert_eq!(board.hears(), BoardMessage::Armed);
+    let target_units = Angle::from_degrees(-30.0).units();
+    assert_eq!(board.hears(), BoardMessage::Retargeted { target_units });
+    assert_eq!(board.hears(), BoardMessage::Fault(BoardFault::NoEstimate));
 }
 
 /// The log tells of arming and of the fault, in the loop's ticks, and how long a tick takes.

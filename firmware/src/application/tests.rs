@@ -9,6 +9,7 @@ use motor_model::{DriveMode, MotorParams, OutOfBounds};
 
 mod description;
 mod rate;
+mod retarget;
 mod short_camera_frames;
 
 use super::*;

@@ -15,8 +15,8 @@ use super::*;
 use crate::{
     BoardFault, BoardMessage, CameraRecord, CommandRecord, Configuration, Counters, Deframer, EstimateRecord,
     FilterKind, ForecastRecord, HostMessage, InnovationRecord, LdvRecord, LdvRecords, MotorParameterRecord,
-    PhaseRecord, RateConfiguration, RateLimitsRecord, RatePhase, RateRecord, TickRecord, UnreachableRecord,
-    encode_camera, map_messages,
+    PhaseRecord, RateConfiguration, RateLimitsRecord, RatePhase, RateRecord, TargetRecord, TickRecord,
+    UnreachableRecord, encode_camera, map_messages,
 };
 
 const HEADER: Header = Header { session: 0x0102_0304, sequence: 7, ticks: 1 << 40 };
@@ -69,6 +69,8 @@ fn host_messages() -> Vec<HostMessage> {
         HostMessage::Forecast(MOVE),
         HostMessage::ConfigureRate(RATE),
         HostMessage::ConfigureRate(RateConfiguration { limits: LIMITS, ..RATE }),
+        HostMessage::Retarget(TargetRecord { target_deg: 12.5, tolerance_deg: 0.01 }),
+        HostMessage::Hold,
         arm,
         HostMessage::Step,
         camera,
@@ -162,6 +164,9 @@ fn board_messages() -> Vec<BoardMessage> {
         BoardMessage::Fault(BoardFault::OutOfBounds { key: "position.to_deg".try_into().unwrap() }),
         BoardMessage::Fault(BoardFault::UnknownSession { session: 300 }),
         BoardMessage::Described,
+        BoardMessage::Retargeted { target_units: -1 << 31 },
+        BoardMessage::Fault(BoardFault::NoMove),
+        BoardMessage::Fault(BoardFault::NoEstimate),
         BoardMessage::Forecast(Ok(forecast)),
         BoardMessage::Forecast(Err(UnreachableRecord { tolerance_rad: 1e-5, least_rad: None, time_s: 0.1 })),
         BoardMessage::Forecast(Err(UnreachableRecord {
