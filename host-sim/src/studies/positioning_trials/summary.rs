@@ -68,7 +68,7 @@ impl TrialSummary {
             |of: fn(&PositioningTrial) -> f64| trials.iter().map(|trial| of(trial)).collect::<Vec<f64>>();
         let error = |per_mille| quantile(all(|trial| trial.final_error_mdeg.abs()), per_mille);
         let settle: Vec<f64> = trials.iter().filter_map(|trial| trial.settle_s).collect();
-        let settled = settle.len();
+        let settled = || trials.iter().filter(|trial| trial.settle_s.is_some());
         let ratios = |of_kind: fn(MoveKind) -> bool| -> Vec<f64> {
             let moves = trials.iter().filter(|trial| of_kind(trial.kind));
             moves.filter_map(|trial| Some(trial.settle_s? / trial.bound_s)).collect()
@@ -101,7 +101,7 @@ impl TrialSummary {
                 trials.iter().filter_map(|trial| trial.promised_95_s).collect(),
                 500,
             ),
-            late: trials.iter().filter(|trial| trial.late()).count() as f64 / settled as f64,
+            late: settled().map(|trial| f64::from(u8::from(trial.late()))).collect::<Spread>().mean,
             settle_over_bound: quantile(ratios, 500),
             median_overshoot_mdeg: quantile(all(|trial| 1e3 * trial.overshoot_deg), 500),
             median_switches: quantile(all(|trial| f64::from(trial.switches)), 500),
