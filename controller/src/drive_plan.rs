@@ -100,8 +100,8 @@ const WALK_KNOWN_PART: f32 = 0.15;
 const STEP_SHORT_SIGMAS: f32 = 1.4;
 /// Such a step is driven only if it turns by this part of what remains: else it is not worth its noise. Trials.
 const STEP_PART_MIN: f32 = 0.45;
-/// Where the shortest step is longer than what measuring on could leave, the same standard deviations that remain beyond
-/// it, so that the last step can be as long as what remains. Assumption.
+/// Where the shortest step is longer than what measuring on could leave, the same standard deviations that remain
+/// beyond it, so that the last step can be as long as what remains. Assumption.
 const STEP_ROOM_SIGMAS: f32 = 1.0;
 /// A burst is due when its variance is so many times that of the angle: the standard deviation of the angle is at most
 /// half of the burst's. Assumption.

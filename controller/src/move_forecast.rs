@@ -11,9 +11,9 @@
 //!                              some of the corrections lose what was known
 //! ```
 //!
-//! The variance `P` of a resting rotor's angle obeys `P' = g - P^2 / (R T)`, of which `P = sqrt(g R T) coth(sqrt(g / R T)
-//! t)` is the solution that begins with nothing known. So no time is enough for `x >= 1`. For a small x the time is that
-//! of `n = R / v` frames.
+//! The variance `P` of a resting rotor's angle obeys `P' = g - P^2 / (R T)`, of which `P = sqrt(g R T) coth(sqrt(g / R
+//! T) t)` is the solution that begins with nothing known. So no time is enough for `x >= 1`. For a small x the time is
+//! that of `n = R / v` frames.
 //!
 //! The target counts as reached at a risk of 3.6 % at most ([`crate::situation::Confidence`]), so the error promised to
 //! 95 % of the moves is the tolerance. A tolerance is refused when floor or growth does not let it be known, and
@@ -387,8 +387,8 @@ mod tests {
         assert!((f64::from(seen.measuring_s) - 1e-4 * expected).abs() < 1e-3 * expected * 1e-4 + 1e-3);
     }
 
-    /// The variance of a rotor at rest, by its differential equation in steps of a frame: the frames until it is the one
-    /// wanted, and never below the square root of growth and information.
+    /// The variance of a rotor at rest, by its differential equation in steps of a frame: the frames until it is the
+    /// one wanted, and never below the square root of growth and information.
     #[test]
     fn dual_frames_against_the_variance_frame_by_frame() {
         let camera = CameraDescription { marks: 8, ..CameraDescription::default() };

@@ -82,8 +82,8 @@ impl Situation {
         MEASURED_OUT_PART * MEASURED_OUT_PART * self.enough_rad2()
     }
 
-    /// Distance in rad from the target within which measuring on ends the move: what a rotor that is measured out may be
-    /// off. Negative if the floor is too high for the tolerance.
+    /// Distance in rad from the target within which measuring on ends the move: what a rotor that is measured out may
+    /// be off. Negative if the floor is too high for the tolerance.
     pub(crate) fn reach_rad(&self) -> f32 {
         let measured_out_rad = math::sqrt_f32(self.needed_rad2() + self.floor_rad2);
         self.tolerance_rad - self.confidence.one_sided * measured_out_rad
@@ -136,9 +136,9 @@ pub(crate) mod tests {
             for _ in 0..40 {
                 let middle_mdeg = 0.5 * (low_mdeg + high_mdeg);
                 if of(0.0, middle_mdeg).measured_out() {
-                    low_mdeg = middle_mdeg
+                    low_mdeg = middle_mdeg;
                 } else {
-                    high_mdeg = middle_mdeg
+                    high_mdeg = middle_mdeg;
                 }
             }
             let reach_mdeg = 1e3 * of(0.0, 0.0).reach_rad().to_degrees();

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use host_sim::cli::in_process::{self, json_line};
 use host_sim::studies::gyroscope_calibration::CalibrationPlan;
 use host_sim::studies::identification::{Effort, IdentificationPlan, Recorded};
-use host_sim::studies::positioning_trials::{self, PositioningTrials, PositioningTrialsPlan, Strategy};
+use host_sim::studies::positioning_trials::{PositioningTrials, PositioningTrialsPlan, Strategy};
 use numpy::{IntoPyArray as _, PyArray2, PyArrayMethods as _};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -42,8 +42,7 @@ pub fn trials<'py>(
         let plan = PositioningTrialsPlan::new(&scene, Strategy::Planned, motors)?;
         watch.expect(plan.trials());
         let trials = plan.run(&|trials| watch.advance(trials))?;
-        let measuring_s = positioning_trials::measuring_s(&scene);
-        let all = PositioningTrials { trials, others: Vec::new(), measuring_s, beside: Vec::new() };
+        let all = PositioningTrials::alone(&scene, trials);
         let json = in_process::json("positioning-trials", &scene, &all.key_figures(), &all.json());
         Ok((json, Table::of_rows(&all.trials.trials)?))
     })?;

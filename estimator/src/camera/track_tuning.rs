@@ -19,7 +19,8 @@ const STOPPING_S: f64 = 0.5e-3;
 const RINGING_S: f64 = 4e-3;
 /// Growth of the variance of the angle of a resting rotor, in rad^2/s, whatever the rate of the frames: 0.01
 /// milli-degrees after a second. An assumption: friction holds a rotor once its stator has rung down, and the simulated
-/// rotor then does not turn at all. The angle is never known better than to `sqrt(growth * R / frame rate)` in variance.
+/// rotor then does not turn at all. The angle is never known better than to `sqrt(growth * R / frame rate)` in
+/// variance.
 pub const RESTING_GROWTH_RAD2_S: f64 = 3e-14;
 /// Times in s: of refusals until the estimate restarts; over which normalised innovations, and innovations at rest, are
 /// averaged where that is frames enough for a mean.

@@ -194,18 +194,9 @@ impl PositioningTrialsArgs {
         let request = Request::of_scene("positioning-trials", &scene);
         self.parts.refuse("--compare", self.compare.is_some())?;
         self.parts.refuse("--beside", self.beside.is_given())?;
-        let measuring_s = positioning_trials::measuring_s(&scene);
-        let tolerance_deg = positioning_trials::tolerance_deg(&scene);
         if let Some(trials) = self.parts.merged(|trial: &PositioningTrial| trial.number)? {
-            let trials = StrategyTrials::merged(&scene, trials);
+            let whole = PositioningTrials::alone(&scene, StrategyTrials::merged(&scene, trials));
             let publication = self.publication.open(&self.out)?;
-            let whole = PositioningTrials {
-                trials,
-                others: Vec::new(),
-                tolerance_deg,
-                measuring_s,
-                beside: Vec::new(),
-            };
             return Ok(publication.publish(Self::findings(&whole)?, &request)?);
         }
         let plan = positioning_trials::PositioningTrialsPlan::new(&scene, Strategy::Planned, self.motors)?;
@@ -227,8 +218,8 @@ impl PositioningTrialsArgs {
         let others: Result<Vec<_>, RunError> = others.iter().map(|plan| plan.run(&progress)).collect();
         let beside: Result<Vec<_>, RunError> =
             beside.into_iter().map(|other| other.and_then(|plan| plan.run(&progress))).collect();
-        let report =
-            PositioningTrials { trials, others: others?, tolerance_deg, measuring_s, beside: beside? };
+        let alone = PositioningTrials::alone(&scene, trials);
+        let report = PositioningTrials { others: others?, beside: beside?, ..alone };
         bar.finish_and_clear();
         Ok(publication.publish(Self::findings(&report)?, &request)?)
     }

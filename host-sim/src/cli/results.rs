@@ -197,20 +197,14 @@ fn positioning_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>,
         .run(&|_| ())?;
     let others = positioning_trials::PositioningTrialsPlan::others(scene, effort.compared_trials)?;
     let others: Result<Vec<_>, _> = others.iter().map(|plan| plan.run(&|_| ())).collect();
-    let measuring_s = positioning_trials::measuring_s(scene);
     let tilting = tilting::of_many_motors(scene, effort.tilting_scenes)?;
     let beside = BesideScene::run_each(&tilting, |scene| {
         let plan =
             positioning_trials::PositioningTrialsPlan::new(scene, Strategy::Planned, effort.tilting_trials);
         plan?.run(&|_| ())
     })?;
-    let found = positioning_trials::PositioningTrials {
-        trials,
-        others: others?,
-        tolerance_deg: positioning_trials::tolerance_deg(scene),
-        measuring_s,
-        beside,
-    };
+    let alone = positioning_trials::PositioningTrials::alone(scene, trials);
+    let found = positioning_trials::PositioningTrials { others: others?, beside, ..alone };
     Ok(found.page_values(tilting::HEIGHT_ONLY))
 }
 

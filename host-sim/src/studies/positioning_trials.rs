@@ -14,8 +14,8 @@
 //! ```
 //!
 //! `R` is the variance of a frame, its quantisation included. After the second term the tolerance, 0.5 milli-degrees
-//! unless the scene sets another, is 1.96 standard deviations (95 %) of the mean of the frames at rest. With the default
-//! camera and the default tolerance it is 0.22 s.
+//! unless the scene sets another, is 1.96 standard deviations (95 %) of the mean of the frames at rest. With the
+//! default camera and the default tolerance it is 0.22 s.
 //!
 //! # The time that was promised
 //!
@@ -240,4 +240,12 @@ pub struct PositioningTrials {
     pub measuring_s: f64,
     /// The controller on other scenes.
     pub beside: Vec<Beside<StrategyTrials>>,
+}
+
+impl PositioningTrials {
+    /// Trials of the controller on `scene`, beside nothing.
+    pub fn alone(scene: &Scene, trials: StrategyTrials) -> Self {
+        let (tolerance_deg, measuring_s) = (tolerance_deg(scene), measuring_s(scene));
+        Self { trials, others: Vec::new(), tolerance_deg, measuring_s, beside: Vec::new() }
+    }
 }

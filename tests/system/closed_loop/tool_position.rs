@@ -44,9 +44,9 @@ fn tool_position_refuses_what_it_cannot_reach() {
     }
 }
 
-/// Eight marks and a fifth of a milli-degree, and a tenth: the time is told beforehand, the move ends on target, and the
-/// error is within the tolerance but for its risk. Twice the tolerance is 4.2 standard deviations. 5 % of the moves take
-/// longer than the time told, and of five at most two do but for one case in 860.
+/// Eight marks and a fifth of a milli-degree, and a tenth: the time is told beforehand, the move ends on target, and
+/// the error is within the tolerance but for its risk. Twice the tolerance is 4.2 standard deviations. 5 % of the moves
+/// take longer than the time told, and of five at most two do but for one case in 860.
 #[test]
 fn tool_position_to_a_fine_tolerance() {
     let folder = folder();

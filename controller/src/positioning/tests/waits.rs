@@ -140,8 +140,8 @@ fn law_an_uncertain_angle_ends_no_cruise_for_ever() {
     }
 }
 
-/// A tenth of a milli-degree, asked of an estimate that never becomes better than 0.06: the move ends for that reason, in
-/// three windows of measuring and a few drives.
+/// A tenth of a milli-degree, asked of an estimate that never becomes better than 0.06: the move ends for that reason,
+/// in three windows of measuring and a few drives.
 #[test]
 fn law_a_tolerance_that_cannot_be_measured_ends_the_move() {
     for target_mdeg in [0.0, -0.05, -0.3, -5.0, 3.0] {
@@ -158,8 +158,8 @@ fn law_a_tolerance_that_cannot_be_measured_ends_the_move() {
     }
 }
 
-/// A rotor nearer to the target than the shortest step turns it, and not near enough for the tolerance: it is brought to
-/// the target, from clockwise of it, without waiting for the deadline.
+/// A rotor nearer to the target than the shortest step turns it, and not near enough for the tolerance: it is brought
+/// to the target, from clockwise of it, without waiting for the deadline.
 #[test]
 fn law_a_rotor_too_near_for_a_step_is_brought_to_the_target() {
     for target_mdeg in [-0.05, -0.06, -0.08, -0.12] {

@@ -9,7 +9,7 @@ use crate::studies::fault_campaign::FaultCampaignPlan;
 use crate::studies::filter_errors::FilterErrorsPlan;
 use crate::studies::gyroscope_calibration::CalibrationPlan;
 use crate::studies::held_rates::{self, HeldRates};
-use crate::studies::positioning_trials::{self, PositioningTrials, PositioningTrialsPlan, Strategy};
+use crate::studies::positioning_trials::{PositioningTrials, PositioningTrialsPlan, Strategy};
 use crate::studies::shard::Shard;
 use crate::studies::{open_loop, response_map};
 use simulation::runs::{RunError, position};
@@ -88,15 +88,7 @@ impl SweptCommand {
             Self::Calibrate => CalibrationPlan::new(scene, sample, sample)?.run(&|| ())?.json(),
             Self::PositioningTrials => {
                 let trials = PositioningTrialsPlan::new(scene, Strategy::Planned, sample)?.run(&|_| ())?;
-                let measuring_s = positioning_trials::measuring_s(scene);
-                PositioningTrials {
-                    trials,
-                    others: Vec::new(),
-                    tolerance_deg: positioning_trials::tolerance_deg(scene),
-                    measuring_s,
-                    beside: Vec::new(),
-                }
-                .json()
+                PositioningTrials::alone(scene, trials).json()
             }
             Self::Faults => {
                 let one = BesideScene { name: FIRST.to_owned(), scene: scene.clone() };
