@@ -163,7 +163,7 @@ fn task(phase: PhaseRecord, health: Health, rate: Option<RateRecord>) -> Task {
 
 #[cfg(test)]
 mod tests {
-    use controller::TickReport;
+    use controller::{RateReport, TickReport};
     use estimator::{Rejection, Source, Verdict};
     use motor_model::DriveMode;
 
@@ -210,6 +210,39 @@ mod tests {
         );
         assert_eq!((received.phase, received.since), (PhaseRecord::Brake, Some(Time::from_nanos(4_000_000))));
         assert_eq!(received.task.word(), "Brake");
+    }
+
+    /// The same of a rate: what is asked of the rotor while it follows, and a word once the drive is off for good.
+    #[test]
+    fn exact_a_report_of_a_rate_comes_back() {
+        let TickReport { estimate, health, camera, command, applied, .. } = report(None);
+        let reference = Some(Angle::from_degrees(-2.5));
+        let since = Time::from_nanos(4_500_000);
+        let sent = RateReport {
+            estimate,
+            health,
+            camera,
+            command,
+            applied,
+            wanted_rad_s: -1.25,
+            reference,
+            since,
+            stopped: None,
+        };
+        let received = |report: &RateReport| Reported::of(&TickRecord::from(report)).unwrap();
+        let following = received(&sent);
+        assert_eq!(following.task, Task::Rate { wanted_rad_s: -1.25, reference });
+        assert_eq!((following.estimate, following.since), (estimate, Some(since)));
+        for (why, word) in [
+            (RateStop::Stuck, "Stopped(Stuck)"),
+            (RateStop::WrongWay, "Stopped(WrongWay)"),
+            (RateStop::EndOfTravel, "Stopped(EndOfTravel)"),
+            (RateStop::DrivenTooLong, "Stopped(DrivenTooLong)"),
+        ] {
+            let stopped = received(&RateReport { stopped: Some(why), ..sent });
+            assert_eq!(stopped.phase, PhaseRecord::Rate(RatePhase::Stopped(why)));
+            assert_eq!(stopped.task.word(), word);
+        }
     }
 
     /// Every frame is in one record, in order; that which the report tells of has the innovation.
