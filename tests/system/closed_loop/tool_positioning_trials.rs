@@ -87,7 +87,7 @@ fn tool_positioning_trials_to_a_tolerance_of_ones_own() {
     assert!(number(&found, "median_promised_95_s") > promised_s(&found), "{found}");
     assert_between(number(&found, "refused"), 0.0, 0.0, "refused");
     let refused = ["positioning-trials", "--motors", "2", "--tolerance", "0.00001"];
-    refuses(folder.path(), &refused, &["position.tolerance_deg", "0.0001"]);
+    refuses(folder.path(), &refused, &["position.tolerance_deg", "1e-5", "1e-4"]);
     refuses(folder.path(), &["positioning-trials", "--set", "position.to_deg=3"], &["position.to_deg"]);
 }
 
