@@ -14,6 +14,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use link::{BoardFault, BoardMessage, SHORT_FRAME_BYTES, VERSION};
 use serde_json::Value;
+use simulation::math::count::real;
 
 use cabled_board::{BAUD, CabledBoard, INSTRUMENTS, PseudoTerminal, Starved, WAIT_MAX, not_starved};
 use programs::host_sim;
@@ -82,9 +83,9 @@ fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
     }
     assert!(number("/line/load_to_board") * number("/host_s") * line_bytes >= number("/line/frame_bytes"));
     // Where the host does not know the board's time well enough, as of a starved emulator, a frame is a long one.
-    let (short, long) = (SHORT_FRAME_BYTES as f64, 3.0 * SHORT_FRAME_BYTES as f64);
+    let short = real(SHORT_FRAME_BYTES);
     let mean = number("/line/frame_bytes") / number("/line/frames_sent");
-    assert!((short..long).contains(&mean), "{mean} bytes a frame: {outcome}");
+    assert!((short..3.0 * short).contains(&mean), "{mean} bytes a frame: {outcome}");
     // The emulator is slower than the part: so is its clock, and this is told.
     assert!(number("/clock/drift_ppm") < 0.0 && number("/clock/uncertainty_us") > 0.0, "{outcome}");
     assert!(number("/line/frames_sent") > 100.0 && number("/counters/lost_or_damaged") == 0.0, "{outcome}");

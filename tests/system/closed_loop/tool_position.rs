@@ -68,7 +68,8 @@ fn tool_position_to_a_fine_tolerance() {
         assert_between(number(&moved, "final_error_mdeg"), -most_mdeg, most_mdeg, &what);
         assert!(moved["stopped"].is_null(), "{what}: {moved}");
         // The frames of 6 milli-degrees that are needed at least, to half of the tolerance.
-        let least_s = (6.0 / (0.5 * tolerance_mdeg)).powi(2) * 1e-4;
+        let sigmas = 6.0 / (0.5 * tolerance_mdeg);
+        let least_s = sigmas * sigmas * 1e-4;
         let [expected_s, sd_s, settle_s] =
             [(&promised, "expected_s"), (&promised, "expected_sd_s"), (&moved, "settle_time_s")]
                 .map(|(of, key)| number(of, key));

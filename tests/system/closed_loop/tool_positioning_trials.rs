@@ -80,7 +80,8 @@ fn tool_positioning_trials_to_a_tolerance_of_ones_own() {
     let found = json(folder.path(), &[&trials[..], &more].concat());
     assert_between(number(&found, "tolerance_deg"), 0.01, 0.01, "tolerance");
     // Frames of 12 milli-degrees each, to a tolerance of 1.96 standard deviations.
-    let measuring_s = (12.0 * 1.96 / 10.0_f64).powi(2) * 1e-4;
+    let sigmas = 12.0 * 1.96 / 10.0;
+    let measuring_s = sigmas * sigmas * 1e-4;
     assert_between(number(&found, "measuring_s"), 0.99 * measuring_s, 1.01 * measuring_s, "bound");
     let promised_s = |of: &serde_json::Value| number(of, "median_promised_s");
     assert!(promised_s(&found) > promised_s(&found["beside"][0]), "{found}");
