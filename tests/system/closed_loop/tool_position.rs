@@ -46,18 +46,12 @@ fn tool_position_refuses_what_it_cannot_reach() {
 
 /// Eight marks and a fifth of a milli-degree, and a tenth: the time is told beforehand, the move ends on target, and
 /// the error is within the tolerance but for its risk. Twice the tolerance is 4.2 standard deviations. 5 % of the moves
-/// take longer than the time told, and of five at most two do but for one case in 860.
+/// take longer than the time told, and of three at most one does but for one case in 138.
 #[test]
 fn tool_position_to_a_fine_tolerance() {
     let folder = folder();
     let mut late = 0;
-    for (to, tolerance, seed) in [
-        ("-0.05", "0.0002", "1"),
-        ("0.3", "0.0002", "2"),
-        ("-0.004", "0.0002", "3"),
-        ("5", "0.0002", "4"),
-        ("-0.05", "0.0001", "5"),
-    ] {
+    for (to, tolerance, seed) in [("-0.05", "0.0002", "1"), ("5", "0.0002", "4"), ("-0.05", "0.0001", "5")] {
         let move_of = ["position", "--to", to, "--tolerance", tolerance, "--seed", seed];
         let arguments = [&move_of[..], &["--set", "camera.marks=8", "--format", "json"]].concat();
         let what = format!("{arguments:?}");
@@ -77,7 +71,7 @@ fn tool_position_to_a_fine_tolerance() {
         assert_between(settle_s, 0.5 * least_s, 30.0, &what);
         late += u32::from(settle_s > expected_s + 1.65 * sd_s);
     }
-    assert!(late <= 2, "{late}");
+    assert!(late <= 1, "{late}");
 }
 
 /// Two marks cannot show a tenth of a milli-degree: it is refused before the move, with the least that they can show,
