@@ -1,6 +1,6 @@
 //! Frames of a rotor that lies still: noise, quantisation, and what is assumed of them.
 
-use estimator::{AngleFilter, CameraDescription, CameraFrame, Estimate, Instruments};
+use estimator::{AngleFilter, CameraDescription, CameraFrame, Estimate, Instruments, RESTING_GROWTH_RAD2_S};
 use motor_model::{Angle, DriveCommand, Time};
 
 use crate::bench::{Bench, filters};
@@ -30,8 +30,8 @@ fn after_a_second(filter: &mut dyn AngleFilter<f32>, bench: &mut Bench) -> Optio
 }
 
 /// Rest is averaged as R / n, whatever the rate of the frames, for one mark and several: but for the forty frames until
-/// rest and dither are seen, the walk of w = 1e-12 rad^2/s that is assumed at rest (the filter of a walk has `x coth x`
-/// times the variance `R / n`, with `x^2 = n^2 w dt / R`), and a twelfth for ringing; and no better.
+/// rest and dither are seen, the walk w of [`RESTING_GROWTH_RAD2_S`] that is assumed at rest (the filter of a walk has
+/// `x coth x` times the variance `R / n`, with `x^2 = n^2 w dt / R`), and a twelfth for ringing; and no better.
 #[test]
 fn law_rest_is_averaged_at_any_rate_of_frames() {
     for marks in [1, 2, 3, 8] {
@@ -47,7 +47,8 @@ fn law_rest_is_averaged_at_any_rate_of_frames() {
                 let measured_rad2 = f64::from(estimate.angle_rad2) - camera.floor_rad2();
                 let counted = frames as f64 - 40.0;
                 let off = measured_rad2 * counted / camera.variance_rad2();
-                let walked = frames as f64 * (1e-12 * camera.period_s() / camera.variance_rad2()).sqrt();
+                let walked = frames as f64
+                    * (RESTING_GROWTH_RAD2_S * camera.period_s() / camera.variance_rad2()).sqrt();
                 let expected = walked / walked.tanh();
                 assert!(
                     (0.99 * counted / frames as f64..1.083).contains(&(off / expected)),
