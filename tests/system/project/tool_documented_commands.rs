@@ -19,7 +19,15 @@ use crate::support::checkout::{files_below, root, text};
 /// one, or appended. The command as it stands must still be parsed.
 const SMALLER: [(&str, &[(&str, &str)]); 10] = [
     ("accuracy", &[("--quick", "")]),
-    ("calibrate", &[("--runs", "1"), ("--duration", "6"), ("--set", "calibrate.steps=1")]),
+    (
+        "calibrate",
+        &[
+            ("--runs", "1"),
+            ("--duration", "6"),
+            ("--set", "calibrate.steps=1"),
+            ("--set", "calibrate.pilot_s=0"),
+        ],
+    ),
     ("estimate", &[("--motors", "1")]),
     ("faults", &[("--runs", "2")]),
     ("filters", &[("--motors", "1"), ("--host-only", "")]),
