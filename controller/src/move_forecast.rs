@@ -11,8 +11,8 @@
 //!                              some of the corrections lose what was known
 //! ```
 //!
-//! The variance `P` of a resting rotor's angle obeys `P' = g - P^2 / (R T)`. The solution that begins with nothing known
-//! is `P = sqrt(g R T) coth(sqrt(g / (R T)) t)`. So no time is enough for `x >= 1`. For a small x the time is that of
+//! The variance `P` of a resting rotor's angle obeys `P' = g - P^2 / (R T)`. The solution that begins with nothing
+//! known is `P = sqrt(g R T) coth(sqrt(g / (R T)) t)`. So no time is enough for `x >= 1`. For a small x the time is that of
 //! `n = R / v` frames.
 //!
 //! The target counts as reached at a risk of 3.6 % at most ([`crate::situation::Confidence`]), so the error promised to
