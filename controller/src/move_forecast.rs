@@ -12,8 +12,8 @@
 //! ```
 //!
 //! The variance `P` of a resting rotor's angle obeys `P' = g - P^2 / (R T)`. The solution that begins with nothing
-//! known is `P = sqrt(g R T) coth(sqrt(g / (R T)) t)`. So no time is enough for `x >= 1`. For a small x the time is that of
-//! `n = R / v` frames.
+//! known is `P = sqrt(g R T) coth(sqrt(g / (R T)) t)`. So no time is enough for `x >= 1`. For a small x the time is
+//! that of `n = R / v` frames.
 //!
 //! The target counts as reached at a risk of 3.6 % at most ([`crate::situation::Confidence`]), so the error promised to
 //! 95 % of the moves is the tolerance. A tolerance is refused when floor or growth does not let it be known, and
