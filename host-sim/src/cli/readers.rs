@@ -39,6 +39,10 @@ const RECORD_READS: [&str; 13] = [
     "estimator.assumed.ldv.range_m_s",
 ];
 
+/// What is read for a move.
+const MOVE: [&str; 9] =
+    ["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"];
+
 /// Every command that takes a scene.
 pub(super) const READERS: [Reader; 16] = [
     reader("import", &["motor", "camera", "ldv", "estimator", "record.model"]),
@@ -93,7 +97,7 @@ pub(super) const READERS: [Reader; 16] = [
         ..reader("response-map", &["seed", "motor", "plant"])
     },
     reader("stator", &["stator", "motor"]),
-    reader("pil", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"]),
+    reader("pil", &MOVE),
     reader(
         "run",
         &[
@@ -113,10 +117,7 @@ pub(super) const READERS: [Reader; 16] = [
 ];
 
 /// What `run` reads for a move.
-pub(super) const RUN_MOVE: Reader = reader(
-    "run without --deg-s",
-    &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"],
-);
+pub(super) const RUN_MOVE: Reader = reader("run without --deg-s", &MOVE);
 
 /// What `run` reads for a rate: a board holds one from the start to the end.
 pub(super) const RUN_RATE: Reader = reader(
