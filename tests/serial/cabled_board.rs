@@ -29,13 +29,18 @@ pub const WAIT_MAX: Duration = Duration::from_secs(60);
 
 /// The emulated line takes a byte whenever the emulator's other thread wakes. On a busy machine 10 ms of the board's
 /// time can pass in between: then the board misses the host, as it should. Or the emulator takes more than 2 s to
-/// start, or more than 3 s for an answer.
+/// start, more than 3 s for an answer, or more than a second for its next report.
 #[derive(Debug)]
 pub struct Starved;
 
 impl Starved {
     pub fn check(stderr: &str) -> Result<(), Self> {
-        let signs = ["the host was silent", "no board answers", "the board does not answer to"];
+        let signs = [
+            "the host was silent",
+            "no board answers",
+            "the board does not answer to",
+            "the board was silent",
+        ];
         if signs.iter().any(|sign| stderr.contains(sign)) { Err(Self) } else { Ok(()) }
     }
 }
