@@ -181,30 +181,30 @@ mod tests {
     fn negative_log_posterior(
         stator: &StatorFilter<f64>,
         impact: &MeasuredImpact<f64>,
+        tuning: &TwinTuning<f64>,
         normals: &Errors<f64>,
     ) -> f64 {
-        let contact = TwinTuning::new(&MotorParams::nominal(), &Instruments::default()).contact;
         let variances = stator.covariance.variances();
         let mut errors = Row::zeros();
         for state in (HEIGHT..=JUMP).chain(MASS_RATIO..STATES) {
             set_entry(&mut errors, state, normals[state] * variances[state].sqrt());
         }
-        let measurements = stator.contact_measurements(impact, 0, &errors, &contact);
+        let measurements = stator.contact_measurements(impact, 0, &errors, &tuning.contact);
         let misfits = measurements.iter().map(|m| (m.row.dot(&errors) - m.innovation).powi(2) / m.noise);
         normals.norm_squared() + misfits.sum::<f64>()
     }
 
     /// The minimum over all errors, by steps that shrink along every state in turn.
-    fn minimum(stator: &StatorFilter<f64>, impact: &MeasuredImpact<f64>) -> f64 {
+    fn minimum(stator: &StatorFilter<f64>, impact: &MeasuredImpact<f64>, tuning: &TwinTuning<f64>) -> f64 {
         let mut normals = Errors::zeros();
-        let (mut least, mut step) = (negative_log_posterior(stator, impact, &normals), 1.0);
+        let (mut least, mut step) = (negative_log_posterior(stator, impact, tuning, &normals), 1.0);
         while step > 1e-6 {
             let before = least;
             for state in 0..STATES {
                 for way in [-step, step] {
                     let mut tried = normals;
                     tried[state] += way;
-                    let value = negative_log_posterior(stator, impact, &tried);
+                    let value = negative_log_posterior(stator, impact, tuning, &tried);
                     if value < least {
                         (normals, least) = (tried, value);
                     }
@@ -228,7 +228,7 @@ mod tests {
             let (mut stator, impact) = impact_of(back_s, speed_m_s);
             stator.covariance.replace_state(JUMP, impact.jump_m2_s2);
             stator.covariance.replace_state(INSTANT, impact.within_s * impact.within_s / 12.0);
-            let least = minimum(&stator, &impact);
+            let least = minimum(&stator, &impact, &tuning);
             let explained = stator.update_by_impact(&impact, &tuning).expect("an impact");
             let (misfit, back) = (explained.misfit, explained.back.value);
             assert!((misfit - least).abs() < 0.01 * least, "{back_s:e}: {misfit} {least}");
