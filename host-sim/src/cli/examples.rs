@@ -218,7 +218,13 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
             "response-map --scene heavy_rotor --motors 4 --out map.toml",
         )],
     ),
-    ("reproduce", &[("Two runs of each motor of the paper", "reproduce --seeds 2 --drawn 4")]),
+    (
+        "reproduce",
+        &[
+            ("Two runs of each motor of the paper", "reproduce --seeds 2 --drawn 4"),
+            ("Every figure in a fraction of the time", "reproduce --seeds 2 --drawn 4 --quick"),
+        ],
+    ),
     ("accuracy", &[("Every figure in seconds", "accuracy --quick")]),
     (
         "instructions",

@@ -56,7 +56,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::studies::beside::Beside;
 use crate::studies::shard::Shard;
-use comparison::{ComparedRun, names};
+use comparison::{ComparedRun, ComparedScope, names};
 use error_sums::ErrorSums;
 use rate_walk::RateWalk;
 pub use row::{ConsistencyOfRuns, FilterErrorsRow};
@@ -89,6 +89,7 @@ pub struct FilterErrorsPlan {
     motors: Vec<(u64, Scene)>,
     /// What twins are told, each of its own.
     told: Vec<ToldSet>,
+    scope: ComparedScope,
 }
 
 /// A motor that was run in both modes, as it is written and read in parts of the study.
@@ -143,7 +144,29 @@ impl FilterErrorsPlan {
     pub fn of_part(scene: &Scene, motors: u64, part: Shard) -> Result<Self, RunError> {
         let numbers = part.numbers_of_some(motors, "motors")?;
         let scenes = numbers.into_iter().map(|number| Ok((number, scene.of_run(number)?)));
-        Ok(Self { motors: scenes.collect::<Result<_, RunError>>()?, told: Vec::new() })
+        let motors = scenes.collect::<Result<_, RunError>>()?;
+        Ok(Self { motors, told: Vec::new(), scope: ComparedScope::default() })
+    }
+
+    /// The same to the end of the phase `last`: rows of later ones hold no errors.
+    #[must_use]
+    pub fn until(mut self, last: TimelinePhase) -> Self {
+        self.scope.last = last;
+        self
+    }
+
+    /// The same without genies, whose rows hold no errors.
+    #[must_use]
+    pub fn without_genies(mut self) -> Self {
+        self.scope.genies = false;
+        self
+    }
+
+    /// The same without smoothers, whose rows hold no errors.
+    #[must_use]
+    pub fn without_smoothers(mut self) -> Self {
+        self.scope.smoothers = false;
+        self
     }
 
     /// The same with twins beside that are told `parts` of the truth: each part alone, all but each, and all.
@@ -162,7 +185,7 @@ impl FilterErrorsPlan {
     /// Simulated time of all runs: what progress is measured in.
     pub fn milliseconds(&self) -> u64 {
         let runs = DRIVES.len() * self.motors.len();
-        timeline::duration_nanos() / 1_000_000 * u64::try_from(runs).unwrap_or(u64::MAX)
+        timeline::end_nanos(self.scope.last) / 1_000_000 * u64::try_from(runs).unwrap_or(u64::MAX)
     }
 
     /// Runs everything, and calls `progress` with the milliseconds simulated.
@@ -184,7 +207,8 @@ impl FilterErrorsPlan {
         // One thread's share is one run; the sums come back in the order of the list, and are added up in it.
         let runs: Result<Vec<ComparedRun>, RunError> = (places.par_iter().with_max_len(1))
             .map(|&(drive, motor)| {
-                comparison::run(&self.motors[motor].1, DRIVES[drive].0, &self.told, progress)
+                let (scene, mode) = (&self.motors[motor].1, DRIVES[drive].0);
+                comparison::run(scene, mode, &self.told, self.scope, progress)
             })
             .collect();
         let mut in_b = runs?;

@@ -28,7 +28,7 @@ use comparison::FigureComparison;
 use finite_element::{OtherStator, ShiftedStator, StatorPart};
 use published::{CASES, PaperSection, Quantity, TRENDS};
 use reproduction::{FigureRow, PaperReproduction, SimulatedTrend, StepRow};
-use runs::{COARSE_STEP_S, CONVERGED_STEP_S, Ensemble, PaperRuns, STEP_S};
+use runs::{COARSE_STEP_S, CONVERGED_STEP_S, Ensemble, PaperRuns, RunTime, STEP_S};
 use simulation::runs::RunError;
 use trend::TrendLine;
 
@@ -78,6 +78,13 @@ impl PaperPlan {
             runs.add(DriveMode::C, &finite_element::with_shift(&stator, shift_deg), STEP_S, seeds)?;
         }
         Ok(Self { seeds, runs })
+    }
+
+    /// The same runs in so much time.
+    #[must_use]
+    pub fn within(mut self, time: RunTime) -> Self {
+        self.runs = self.runs.within(time);
+        self
     }
 
     /// Number of steps of all runs: the unit of progress.
@@ -131,6 +138,7 @@ impl PaperPlan {
         let shifted_stators = shifted.collect();
         Ok(PaperReproduction {
             seeds: self.seeds,
+            time: self.runs.time(),
             rows,
             mode_b_steps: steps.rev().collect(),
             trends,

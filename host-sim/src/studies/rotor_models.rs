@@ -24,6 +24,7 @@ use motor_model::DriveMode;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::studies::paper::runs::RunTime;
 use changes::{ChangedRotor, Changes, OF_NOMINAL, OF_SETS};
 use draws::{DrawnRotor, draw_scenes};
 use measured::{MeasuredRun, measured_run};
@@ -50,6 +51,7 @@ pub struct RotorModelsPlan {
     seeds: u64,
     drawn: u64,
     changes: bool,
+    time: RunTime,
 }
 
 /// What was simulated.
@@ -57,6 +59,9 @@ pub struct RotorModelsPlan {
 pub struct RotorModels {
     /// Runs of each rotor and mode.
     pub seeds: u64,
+    /// The time of each run, unless it is the full one.
+    #[serde(skip_serializing_if = "RunTime::is_full")]
+    pub time: RunTime,
     /// Runs of each rotor with a change.
     pub change_seeds: u64,
     /// The rotors that are compared.
@@ -81,12 +86,18 @@ struct Job<'a> {
 impl RotorModelsPlan {
     /// `seeds` runs of each rotor and mode, and `drawn` drawn rotors.
     pub fn new(seeds: u64, drawn: u64) -> Self {
-        Self { seeds, drawn, changes: false }
+        Self { seeds, drawn, changes: false, time: RunTime::FULL }
     }
 
     /// The same, with runs of every rotor of [`changes`] as well.
     pub fn with_changes(self, changes: bool) -> Self {
         Self { changes, ..self }
+    }
+
+    /// The same runs in so much time.
+    #[must_use]
+    pub fn within(self, time: RunTime) -> Self {
+        Self { time, ..self }
     }
 
     /// Runs of each rotor with a change, in each mode.
@@ -134,7 +145,7 @@ impl RotorModelsPlan {
         }
         let measured: Result<Vec<MeasuredRun>, RunError> = (jobs.par_iter().with_max_len(1))
             .map(|job| {
-                let run = measured_run(job.scene, job.mode, job.seed)?;
+                let run = measured_run(job.scene, job.mode, job.seed, self.time)?;
                 progress();
                 Ok(run)
             })
@@ -151,6 +162,7 @@ impl RotorModelsPlan {
             .collect();
         Ok(RotorModels {
             seeds: self.seeds,
+            time: self.time,
             change_seeds: self.change_seeds(),
             variants,
             changed,

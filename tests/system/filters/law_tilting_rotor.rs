@@ -25,12 +25,18 @@ const INDEPENDENT: f64 = 40.0;
 /// 1/8: 0.77. The filter that expects too much is a little worse than its best.
 const LEARNT_WALK: f64 = 0.85;
 
-/// The tilting rotor with Table 1's values, and those of sets F and G, by their scenes.
+/// The tilting rotor with Table 1's values, and those of sets F and G, by their scenes. Their contacts are located, and
+/// converged at this step ([`crate::motor`]'s `tilting::dual_step_convergence`).
 fn plants() -> [(&'static str, Scene); 3] {
     let of_gallery = |name: &str| load(Some(Path::new(name)), &[]).expect("a scene of the gallery");
     let mut tilting = Scene::default();
     tilting.set("plant.rotor", "tilting").expect("a kind of rotor");
-    [("tilting", tilting), ("set f", of_gallery("set_f_plant")), ("set g", of_gallery("set_g_plant"))]
+    let plants =
+        [("tilting", tilting), ("set f", of_gallery("set_f_plant")), ("set g", of_gallery("set_g_plant"))];
+    plants.map(|(name, mut scene)| {
+        scene.set("plant.step_s", "5e-6").expect("a step");
+        (name, scene)
+    })
 }
 
 fn is_driven(row: &FilterErrorsRow) -> bool {
@@ -44,7 +50,9 @@ fn of<'a>(run: &'a FilterErrors, filter: &'a str) -> impl Iterator<Item = &'a Fi
 #[test]
 fn law_the_twin_is_honest_about_a_rotor_that_tilts() {
     let runs = plants().map(|(name, scene)| {
-        (name, FilterErrorsPlan::new(&scene, MOTORS).expect("a plan").run(&|_| ()).expect("a run"))
+        let plan =
+            FilterErrorsPlan::new(&scene, MOTORS).expect("a plan").without_genies().without_smoothers();
+        (name, plan.until(TimelinePhase::Reversal).run(&|_| ()).expect("a run"))
     });
     let mut errors = Vec::new();
     for (plant, run) in &runs {

@@ -43,6 +43,20 @@ pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     FILTERS.iter().copied().chain(SMOOTHED.iter().map(|of| of.0)).chain(GENIES.iter().map(|genie| genie.0))
 }
 
+/// How far a run goes, and what is compared beside the filters. Sums of what is left out are of no errors.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ComparedScope {
+    pub(crate) last: TimelinePhase,
+    pub(crate) genies: bool,
+    pub(crate) smoothers: bool,
+}
+
+impl Default for ComparedScope {
+    fn default() -> Self {
+        Self { last: TimelinePhase::Rest1S, genies: true, smoothers: true }
+    }
+}
+
 /// What a run gives: the error sums of each of [`names`], and what it cost.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct ComparedRun {
@@ -76,8 +90,8 @@ impl RunCost {
     }
 }
 
-/// Runs the motor of `scene` under `mode` with a twin beside for each set of `told`, and calls `progress` every
-/// simulated millisecond.
+/// Runs the motor of `scene` under `mode` within `scope`, with a twin beside for each set of `told`, and calls
+/// `progress` every simulated millisecond.
 ///
 /// # Errors
 /// When the scene is refused.
@@ -85,18 +99,20 @@ pub(crate) fn run(
     scene: &Scene,
     mode: DriveMode,
     told: &[ToldSet],
+    scope: ComparedScope,
     progress: &impl Fn(u64),
 ) -> Result<ComparedRun, RunError> {
-    let mut driver = TickDriver::new(scene, FilterComparison::new(scene, mode, told)?)?;
+    let mut driver = TickDriver::new(scene, FilterComparison::new(scene, mode, told, scope)?)?;
     let command = driver.program_mut().enter(Time::ZERO);
     driver.overrule(command);
+    let end_nanos = timeline::end_nanos(scope.last);
     let mut ticks = 0;
     driver.run(|_, moment| {
         ticks += 1;
         if ticks % TICKS_PER_MS == 0 {
             progress(1);
         }
-        let over = moment.at.nanos() >= timeline::duration_nanos();
+        let over = moment.at.nanos() >= end_nanos;
         if over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     let FilterComparison { sums, told, cost, .. } = driver.into_program();
@@ -120,6 +136,7 @@ struct FilterComparison {
     filters: Vec<AnyFilter>,
     genies: Vec<Genie>,
     told: Vec<ToldTwin>,
+    smoothers: bool,
     /// Of the filters, then of their smoothers, then of the genies.
     sums: Vec<PhaseSums>,
     /// The truth of the last ticks, the newest last, over the lag of the smoothers.
@@ -134,7 +151,7 @@ struct FilterComparison {
 }
 
 impl FilterComparison {
-    fn new(scene: &Scene, mode: DriveMode, told: &[ToldSet]) -> Result<Self, RunError> {
+    fn new(scene: &Scene, mode: DriveMode, told: &[ToldSet], scope: ComparedScope) -> Result<Self, RunError> {
         let camera_rad2 = Camera::variance_rad2(scene);
         let genie = |&(_, share): &(_, f64)| Genie::new(share, camera_rad2, scene.seed());
         Ok(Self {
@@ -142,8 +159,9 @@ impl FilterComparison {
             phase: None,
             free_motion: FreeMotion::default(),
             filters: FILTERS.iter().map(|name| AnyFilter::named(name, scene)).collect::<Result<_, _>>()?,
-            genies: GENIES.iter().map(genie).collect(),
+            genies: GENIES.iter().filter(|_| scope.genies).map(genie).collect(),
             told: told.iter().map(|set| ToldTwin::new(set, scene)).collect::<Result<_, _>>()?,
+            smoothers: scope.smoothers,
             sums: names().map(|_| PhaseSums::default()).collect(),
             truths: VecDeque::new(),
             ticks: 0,
@@ -211,7 +229,8 @@ impl FilterComparison {
         let TrueMotion { at, angle, rate_rad_s, .. } = *now;
         let (filters, others) = self.sums.split_at_mut(self.filters.len());
         let (smoothed, genies) = others.split_at_mut(SMOOTHED.len());
-        if let Some(then) = self.truths.front().filter(|_| self.truths.len() > LAG_TICKS) {
+        let old_enough = self.smoothers && self.truths.len() > LAG_TICKS;
+        if let Some(then) = self.truths.front().filter(|_| old_enough) {
             for ((_, place), sums) in SMOOTHED.iter().zip(smoothed) {
                 let filter = &self.filters[*place];
                 let (estimate, health) = (filter.smoothed(then.at), filter.health(at));
@@ -242,6 +261,9 @@ impl TickProgram for FilterComparison {
         if !self.told.is_empty() {
             let contacts = contacts_of(step, plant);
             self.told.iter_mut().for_each(|told| contacts.iter().for_each(|contact| told.twin.tell(contact)));
+        }
+        if self.genies.is_empty() {
+            return;
         }
         let [before, after] = [&step.before, &step.after].map(TrueMotion::of);
         let genies = &mut self.genies;

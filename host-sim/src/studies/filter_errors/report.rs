@@ -30,7 +30,7 @@ impl FilterErrors {
                  whose variances do not fit its errors."
                     .to_owned(),
             ],
-            motor_s: Some(runs * 1e-9 * real(timeline::duration_nanos())),
+            motor_s: Some(runs * 1e-9 * real(timeline::end_nanos(TimelinePhase::Rest1S))),
         }
     }
 

@@ -72,9 +72,10 @@ const PARTS: [TimelinePart; 9] = [
     TimelinePart(100, Driven::Off, Some(TimelinePhase::Rest1S)),
 ];
 
-/// Length of a run in ns.
-pub(crate) fn duration_nanos() -> u64 {
-    PARTS.iter().map(|part| part.0 * 1_000_000).sum()
+/// When a phase is over, in ns.
+pub(crate) fn end_nanos(phase: TimelinePhase) -> u64 {
+    let after = PARTS.iter().rev().skip_while(|part| part.2 != Some(phase));
+    after.map(|part| part.0 * 1_000_000).sum()
 }
 
 /// The drive at `now` in a run of `mode`, and the phase that the instant belongs to.
@@ -122,6 +123,7 @@ mod tests {
         ] {
             assert_eq!(at(Time::from_micros(1000 * ms), DriveMode::C), expected, "{ms}");
         }
-        assert_eq!(duration_nanos(), 2_350_000_000);
+        assert_eq!(end_nanos(TimelinePhase::Reversal), 1_050_000_000);
+        assert_eq!(end_nanos(TimelinePhase::Rest1S), 2_350_000_000);
     }
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::comparison::FigureComparison;
 use super::finite_element::{OtherStator, ShiftedStator, StatorPart};
 use super::published::{PaperSection, PublishedCase, PublishedFigure, PublishedTrend, Quantity, as_words};
-use super::runs::Ensemble;
+use super::runs::{Ensemble, RunTime};
 use super::trend::TrendLine;
 use simulation::math::statistics::Spread;
 
@@ -70,6 +70,9 @@ pub struct SimulatedTrend {
 pub struct PaperReproduction {
     /// Runs of each motor.
     pub seeds: u64,
+    /// The time of each run, unless it is the full one.
+    #[serde(skip_serializing_if = "RunTime::is_full")]
+    pub time: RunTime,
     /// Every printed figure.
     pub rows: Vec<FigureRow>,
     /// Mode B against the step.

@@ -1,7 +1,10 @@
 //! The paper's motors and their runs. The results are the same bytes on any number of threads.
 
+use std::fmt;
+
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams, Parameter, TiltingParams};
 use rayon::prelude::*;
+use serde::Serialize;
 
 use super::published::Quantity;
 use simulation::math::statistics::Spread;
@@ -15,6 +18,39 @@ pub const STEP_S: f64 = 1e-6;
 pub const COARSE_STEP_S: f64 = 10e-6;
 /// Step at which the rate in mode B has converged.
 pub const CONVERGED_STEP_S: f64 = 0.1e-6;
+
+/// Time of a run, and the part of it in which the rotor settles.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RunTime {
+    /// The whole in s.
+    pub duration_s: f64,
+    /// The part in s.
+    pub settle_s: f64,
+}
+
+impl RunTime {
+    /// That of the pages of results.
+    pub const FULL: Self = Self { duration_s: 2.0, settle_s: 0.5 };
+    /// Long enough for every figure, and for none to be sharp.
+    pub const QUICK: Self = Self { duration_s: 0.3, settle_s: 0.1 };
+
+    /// Whether it is [`Self::FULL`].
+    pub fn is_full(&self) -> bool {
+        *self == Self::FULL
+    }
+}
+
+impl Default for RunTime {
+    fn default() -> Self {
+        Self::FULL
+    }
+}
+
+impl fmt::Display for RunTime {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} s of which {} s to settle", self.duration_s, self.settle_s)
+    }
+}
 
 /// A run of the paper: its law of friction, impacts at the end of the step, full drive, 2 s of which 0.5 s to settle.
 ///
@@ -34,8 +70,8 @@ pub fn paper_run(
         rotor: RotorModel::HeightOnly,
         tilting: TiltingParams::nominal(),
         drive: DriveCommand::full(mode),
-        duration_s: 2.0,
-        settle_s: 0.5,
+        duration_s: RunTime::FULL.duration_s,
+        settle_s: RunTime::FULL.settle_s,
         step_s,
         impact_rule: ImpactRule::EndOfStep,
         friction_law: FrictionLaw::Paper,
@@ -80,10 +116,26 @@ impl Ensemble {
 /// A list of motors, each with several seeds.
 #[derive(Clone, Debug, Default)]
 pub struct PaperRuns {
+    time: RunTime,
     motors: Vec<Vec<OpenLoopRun>>,
 }
 
 impl PaperRuns {
+    /// The same runs in so much time.
+    #[must_use]
+    pub fn within(mut self, time: RunTime) -> Self {
+        self.time = time;
+        for run in self.motors.iter_mut().flatten() {
+            (run.duration_s, run.settle_s) = (time.duration_s, time.settle_s);
+        }
+        self
+    }
+
+    /// The time of each run.
+    pub fn time(&self) -> RunTime {
+        self.time
+    }
+
     /// Adds a motor that runs with the seeds 1 to `seeds`.
     ///
     /// # Errors
@@ -133,6 +185,21 @@ impl PaperRuns {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// 0.3 s instead of 2 s.
+    #[test]
+    fn exact_quick_runs_are_shorter() {
+        let mut runs = PaperRuns::default();
+        runs.add(DriveMode::C, &[], 1e-5, 2).unwrap();
+        assert_eq!(runs.time().to_string(), "2 s of which 0.5 s to settle");
+        let full = runs.steps();
+        let quick = runs.within(RunTime::QUICK);
+        assert_eq!(quick.time().to_string(), "0.3 s of which 0.1 s to settle");
+        assert!(full.abs_diff(400_000) < 10 && quick.steps().abs_diff(60_000) < 10);
+        let ensembles = quick.run(&|_| ()).unwrap();
+        assert!(ensembles[0].turns_in_the_sense_of_its_mode());
+        assert!(ensembles[0].values(Quantity::CollisionFrequency).all(|frequency_hz| frequency_hz > 0.0));
+    }
 
     #[test]
     fn law_threads_change_nothing() {

@@ -17,11 +17,11 @@ impl PaperReproduction {
         let mut blocks = vec![Block::Heading("The published figures, simulated again".to_owned())];
         blocks.push(Block::Paragraph(format!(
             "Paper: Qu, Tang, Gianchandani, Oldham, Green, Sensors and Actuators A 223 (2015) 49-60. Ours: the paper's \
-             law of friction, end-of-step impacts, a step of 1 us unless said otherwise, 2 s of which 0.5 s to settle, \
-             {} seeds each, f64. Collision frequency and amplitude: largest line below 5 kHz of the spectrum of the \
+             law of friction, end-of-step impacts, a step of 1 us unless said otherwise, {}, {} \
+             seeds each, f64. Collision frequency and amplitude: largest line below 5 kHz of the spectrum of the \
              vertical velocity, 20 kHz, last 16,384 samples. Rates are magnitudes, as printed. Each +- is one standard \
              deviation over the runs.",
-            self.seeds
+            self.time, self.seeds
         )));
         blocks.push(Block::Paragraph(
             "Rule: a figure is within when |ours - paper| <= sd(paper) + sd(ours). A figure that fails this rule, but \
@@ -371,6 +371,7 @@ fn round(x: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::studies::paper::published::{PaperSection, Printed, Quantity};
+    use crate::studies::paper::runs::RunTime;
 
     /// A rate printed as 1.72 +- 0.09, with ours at three steps as given.
     fn row(ours: f64, coarse: Option<f64>) -> FigureRow {
@@ -418,6 +419,7 @@ mod tests {
         }];
         let paper = PaperReproduction {
             seeds: 5,
+            time: RunTime::FULL,
             rows,
             mode_b_steps: vec![],
             trends: vec![],

@@ -4,6 +4,7 @@ use motor_model::DriveMode;
 use serde::Serialize;
 
 use crate::studies::paper::published::Quantity;
+use crate::studies::paper::runs::RunTime;
 use simulation::math::statistics::Spread;
 use simulation::runs::RunError;
 use simulation::runs::simulate::{OpenLoopRun, TiltSummary, simulate};
@@ -12,10 +13,6 @@ use simulation::scene::Scene;
 /// The quantities that the experiment measured in each mode.
 pub const QUANTITIES: [Quantity; 3] =
     [Quantity::Rate, Quantity::CollisionFrequency, Quantity::CollisionAmplitude];
-
-/// Simulated time of a run in s, and the part of it in which the rotor settles.
-const DURATION_S: &str = "2";
-const SETTLE_S: &str = "0.5";
 
 /// What a run of one rotor showed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -79,22 +76,29 @@ pub fn cell(runs: &[MeasuredRun], decimals: usize, value: impl Fn(&MeasuredRun) 
     format!("{:.decimals$} +- {:.decimals$}", spread.mean, spread.sd)
 }
 
-/// Runs the rotor of `scene` under its drive amplitude in `mode` with a seed.
+/// Runs the rotor of `scene` under its drive amplitude in `mode` with a seed for so much time.
 ///
 /// # Errors
 /// When the scene is refused or the run fails.
-pub fn measured_run(scene: &Scene, mode: DriveMode, seed: u64) -> Result<MeasuredRun, RunError> {
+pub fn measured_run(
+    scene: &Scene,
+    mode: DriveMode,
+    seed: u64,
+    time: RunTime,
+) -> Result<MeasuredRun, RunError> {
     let mut scene = scene.clone();
     let drive = match mode {
         DriveMode::B => "b",
         DriveMode::C => "c",
     };
-    for (key, value) in
-        [("simulate.drive", drive), ("simulate.duration_s", DURATION_S), ("simulate.settle_s", SETTLE_S)]
-    {
+    for (key, value) in [
+        ("simulate.drive", drive),
+        ("simulate.duration_s", &time.duration_s.to_string()),
+        ("simulate.settle_s", &time.settle_s.to_string()),
+        ("seed", &seed.to_string()),
+    ] {
         scene.set(key, value)?;
     }
-    scene.set("seed", &seed.to_string())?;
     let summary = simulate(&OpenLoopRun::from_scene(&scene)?, &mut ())?;
     let sense = match mode {
         DriveMode::B => 1.0,

@@ -225,6 +225,7 @@ impl RotorModels {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::studies::paper::runs::RunTime;
     use crate::studies::rotor_models::VariantRuns;
     use crate::studies::rotor_models::measured::MeasuredRun;
 
@@ -255,6 +256,7 @@ mod tests {
         let runs = || [vec![run(1.0, 76.0, 3.9); 2], vec![run(1.4, 400.0, 0.9); 2]];
         let models = RotorModels {
             seeds: 2,
+            time: RunTime::FULL,
             change_seeds: 2,
             variants: VARIANTS.iter().map(|of| VariantRuns { name: of.name, runs: runs() }).collect(),
             predictions: Vec::new(),

@@ -27,8 +27,8 @@ impl RotorModels {
         let mut blocks = vec![Block::Heading("Rotors that tilt, beside the experiment".to_owned())];
         blocks.push(Block::Paragraph(format!(
             "Rates in the sense of the mode. Line: largest line below 5 kHz of the vertical velocity at the centre. \
-             {} seeds each, 2 s of which 0.5 s to settle. Each +- is one standard deviation over the runs.",
-            self.seeds
+             {} seeds each, {}. Each +- is one standard deviation over the runs.",
+            self.seeds, self.time
         )));
         for mode in [0, 1] {
             blocks.push(Block::Heading(format!("Mode {:?}", MODES[mode])));
