@@ -2,9 +2,10 @@
 
     pip install ./python
     cargo build --release
-    python python/benches/runs.py target/release/host-sim [TURNS]
+    python python/benches/runs.py target/release/host-sim [TURNS [PART]]
 
-The command's time is that of its process, start and output included; the module's that of the call.
+The command's time is that of its process, start and output included; the module's that of the call. PART of 0.1 makes
+each run a tenth as long.
 """
 
 from __future__ import annotations
@@ -19,13 +20,16 @@ from typing import Any
 
 import micromotor as mm
 
-CASES: list[tuple[str, dict[str, Any], Callable[[mm.Scene], mm.Result]]] = [
-    ("position", {"position.to_deg": 360}, mm.position),
-    ("rate", {"rate.duration_s": 10}, mm.rate),
-    ("simulate", {"simulate.duration_s": 10}, mm.simulate),
-    ("positioning-trials", {}, lambda scene: mm.trials(scene, 40)),
-]
 TURNS = int(sys.argv[2]) if len(sys.argv) > 2 else 5
+PART = float(sys.argv[3]) if len(sys.argv) > 3 else 1.0
+MOTORS = max(1, round(40 * PART))
+
+CASES: list[tuple[str, dict[str, Any], Callable[[mm.Scene], mm.Result]]] = [
+    ("position", {"position.to_deg": 360 * PART}, mm.position),
+    ("rate", {"rate.duration_s": 10 * PART}, mm.rate),
+    ("simulate", {"simulate.duration_s": 10 * PART}, mm.simulate),
+    ("positioning-trials", {}, lambda scene: mm.trials(scene, MOTORS)),
+]
 
 
 def timed(work: Callable[[], object]) -> float:
@@ -40,7 +44,7 @@ def main() -> None:
         print("                     command      module   module's speed per the command's")
         for name, sets, run in CASES:
             flags = [word for key, value in sets.items() for word in ("--set", f"{key}={value}")]
-            flags += ["--motors", "40"] if name == "positioning-trials" else []
+            flags += ["--motors", str(MOTORS)] if name == "positioning-trials" else []
             line = [program, "-q", name, *flags, "--format", "json"]
             scene = mm.Scene(sets)
             times = [

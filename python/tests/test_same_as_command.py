@@ -10,12 +10,14 @@ import pytest
 from conftest import Command
 
 SHORT_RECORD = {"record.schedule": "b:1 for 0.03, off for 0.02, c:0.5 for 0.02"}
+COARSE = {"plant.step_s": 1e-5}
+SHORT_CALIBRATION = {"calibrate.duration_s": 2, "calibrate.rest_s": 0.05} | COARSE
 CASES: list[tuple[str, dict[str, Any], list[str], Any]] = [
     ("position", {"position.to_deg": 2, "seed": 3, "ldv.installed": False}, [], mm.position),
     ("position", {"position.to_deg": -37.5}, ["--plan"], mm.plan),
-    ("rate", {"rate.deg_s": -40, "rate.duration_s": 0.5}, [], mm.rate),
+    ("rate", {"rate.deg_s": -40, "rate.duration_s": 0.5} | COARSE, [], mm.rate),
     ("record", SHORT_RECORD, [], mm.record),
-    ("calibrate", {"calibrate.duration_s": 10}, ["--runs", "2"], lambda scene: mm.calibrate(scene, runs=2)),
+    ("calibrate", SHORT_CALIBRATION, ["--runs", "2"], lambda scene: mm.calibrate(scene, runs=2)),
     ("positioning-trials", {"seed": 11}, ["--motors", "3"], lambda scene: mm.trials(scene, 3)),
 ]
 
