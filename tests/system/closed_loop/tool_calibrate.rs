@@ -78,7 +78,7 @@ fn tool_errors_are_as_large_as_stated() {
 fn tool_a_minute_tells_the_scale_factor_to_ten_ppm() {
     let folder = folder();
     let minute =
-        ["calibrate", "--runs", "3", "--motors", "3", "--set", "plant.step_s=5e-6", "--format", "json"];
+        ["calibrate", "--runs", "2", "--motors", "2", "--set", "plant.step_s=5e-6", "--format", "json"];
     json(folder.path(), &minute);
     let rows = written(folder.path(), "out/calibrate/runs.csv");
     let header: Vec<&str> = rows.lines().next().expect("a header").split(',').collect();
@@ -102,7 +102,7 @@ fn tool_a_minute_tells_the_scale_factor_to_ten_ppm() {
         assert_between(bias_deg_h, walk_deg_h, most_deg_h, format!("{row:?}"));
         assert_between(row["scale_factor_error_ppm"] / sigma_ppm, -4.0, 4.0, format!("{row:?}"));
     }
-    assert_eq!(runs, 3);
+    assert_eq!(runs, 2);
 }
 
 /// One more ppm and one more deg/h in the gyroscope are one more in what is found, and nothing in the error: the rest

@@ -5,19 +5,21 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::OnceLock;
 
 use serde_json::Value;
+use tempfile::TempDir;
 
 use crate::support::built_command::{folder, json_on_two, refuses, succeeds, written};
 use crate::support::checkout::root;
 use crate::support::python::hyperqueue;
 use crate::support::started::wait_until;
 
-/// 4,000 rows of a millisecond or more, in parts of about a second.
+/// 2,000 rows of a millisecond or more, in parts of about a second.
 const SWEEP: [&str; 9] = [
     "sweep",
     "--of=simulate",
-    "--over=seed=1..4000:4000",
+    "--over=seed=1..2000:2000",
     "--figure=rotor_rate_mean_rad_s",
     "--set=simulate.duration_s=0.1",
     "--set=simulate.settle_s=1e-3",
@@ -26,14 +28,23 @@ const SWEEP: [&str; 9] = [
     "--part-time=1",
 ];
 
-/// The rows and the manifest of a folder are those of one process that nothing happened to.
+/// The sweep in one process that nothing happened to, made once for all tests.
+fn one() -> &'static TempDir {
+    static ONE: OnceLock<TempDir> = OnceLock::new();
+    ONE.get_or_init(|| {
+        let folder = folder();
+        let one = [&SWEEP[..8], &["--out", "one"]].concat();
+        assert_eq!(json_on_two(folder.path(), &one)["rows"], 2000);
+        folder
+    })
+}
+
+/// The rows and the manifest of a folder are those of one process.
 #[track_caller]
 fn assert_whole(folder: &Path, merged: &str) {
-    let one = [&SWEEP[..8], &["--out", "one"]].concat();
-    assert_eq!(json_on_two(folder, &one)["rows"], 4000);
     for file in ["rows.parquet", "manifest.json"] {
-        let [one, merged] =
-            ["one", merged].map(|of| std::fs::read(folder.join(of).join(file)).expect("a file"));
+        let [one, merged] = [one().path().join("one"), folder.join(merged)]
+            .map(|of| std::fs::read(of.join(file)).expect("a file"));
         assert!(one == merged, "{file} differs");
     }
 }
@@ -198,12 +209,12 @@ fn tool_a_plan_says_what_a_sweep_costs() {
     let folder = folder();
     let plan = [&SWEEP[..8], &["--plan"]].concat();
     let cost = json_on_two(folder.path(), &plan);
-    assert_eq!((&cost["rows"], &cost["measured_rows"]), (&4000.into(), &16.into()));
+    assert_eq!((&cost["rows"], &cost["measured_rows"]), (&2000.into(), &16.into()));
     let row_s = cost["row_s"].as_f64().expect("a number");
     assert!(row_s > 0.0, "{cost}");
     let text: Vec<&str> = plan.into_iter().filter(|word| *word != "--format=json").collect();
     let text = succeeds(folder.path(), &[&text[..], &["--cores", "8"]].concat());
-    for words in ["Plan of a sweep, 4000 rows", "100    800 ", "1000   8000 "] {
+    for words in ["Plan of a sweep, 2000 rows", "100    800 ", "1000   8000 "] {
         assert!(text.contains(words), "{words} is not in {text}");
     }
     assert!(!folder.path().join("out").exists(), "nothing is made");

@@ -78,7 +78,7 @@ fn tool_every_command_has_json_and_examples() {
         &["scenes", "set_f"],
         &["init"],
         &["man", "--out", "man"],
-        &["results", "rate", "--quick", "--out", "."],
+        &["results", "faults", "--quick", "--out", "."],
     ] {
         let text = succeeds(folder.path(), &[arguments, &["--format", "json"]].concat());
         assert!(serde_json::from_str::<Value>(&text).is_ok(), "{arguments:?}: {text}");

@@ -50,20 +50,21 @@ fn tool_the_page_on_calibration_says_what_the_calibrations_say() {
 #[test]
 fn tool_a_page_that_has_changed_is_told() {
     let folder = folder();
-    let write = ["results", "calibration", "--quick", "--out", "."];
+    let write = ["results", "faults", "--quick", "--out", "."];
     let check = [&write[..], &["--check"]].concat();
     output_on(2, folder.path(), &write);
     output_on(1, folder.path(), &check);
-    let path = folder.path().join("calibration.md");
-    let page = written(folder.path(), "calibration.md");
-    let changed = page.replacen("| height only | 2 ", "| height only | 3 ", 1);
+    let path = folder.path().join("faults.md");
+    let page = written(folder.path(), "faults.md");
+    let changed = page.replacen("| mark:stuck    | 2 ", "| mark:stuck    | 3 ", 1);
     assert_ne!(changed, page);
     std::fs::write(&path, &changed).expect("a page");
     let refused = run(folder.path(), &check);
     let complaint = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(2), "{complaint}");
-    let line = 1 + changed.lines().position(|line| line.starts_with("| height only | 3 ")).expect("the row");
-    let place = format!("calibration.md:{line}:");
+    let line =
+        1 + changed.lines().position(|line| line.starts_with("| mark:stuck    | 3 ")).expect("the row");
+    let place = format!("faults.md:{line}:");
     assert!(complaint.contains(&place) && complaint.contains("hint"), "{complaint}");
-    assert_eq!(written(folder.path(), "calibration.md"), changed);
+    assert_eq!(written(folder.path(), "faults.md"), changed);
 }

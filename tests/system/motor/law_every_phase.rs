@@ -1,4 +1,4 @@
-//! The drive switched on from rest and off from full speed at every phase of it, impacts located: 64 phases, modes B
+//! The drive switched on from rest and off from full speed at every phase of it, impacts located: 32 phases, modes B
 //! and C, both precisions.
 //!
 //! Each time the rotor lies still again afterwards and the books close. A half turn of the phase later the two pairs of
@@ -14,7 +14,7 @@ use crate::motor::law_energy::Accounted;
 use crate::support::closeness::{Within, assert_between, assert_close};
 use crate::support::motors::{Bench, epsilon, located, steps_in};
 
-const PHASES: usize = 64;
+const PHASES: usize = 32;
 const STEP_S: f64 = 10e-6;
 /// Long enough to land and to come to rest.
 const SETTLING_S: f64 = 0.15;
@@ -48,7 +48,7 @@ fn turns_from_rest<T: Real>(command: DriveCommand, on_s: f64) -> Vec<f64> {
     bench.run(DriveCommand::OFF, 0.1);
     (0..PHASES)
         .map(|k| {
-            let turns = f64::from(u8::try_from(k).expect("few")) / 64.0;
+            let turns = f64::from(u8::try_from(k).expect("few")) / 32.0;
             let state = MotorState { phase: Phase::from_turns(turns), ..bench.state };
             let what = format!("{command:?} for {on_s:e} s from {turns} turns, {} bytes", size_of::<T>());
             turn_mdeg(state, command, on_s, STEP_S, &what)
@@ -128,20 +128,20 @@ fn rounded<T: Real>(state: &MotorState<f64>) -> MotorState<T> {
     }
 }
 
-/// One state at full speed in each sixty-fourth of the drive's period.
+/// One state at full speed in each of 32 parts of the drive's period.
 fn full_speed_at_every_phase(mode: DriveMode) -> Vec<MotorState<f64>> {
     let mut bench = Bench::<f64>::new(&MotorParams::nominal(), &located(STEP_S));
     bench.run(DriveCommand::full(mode), 0.3);
     let mut at_phase = vec![None; PHASES];
     for _ in 0..10_000 {
         bench.run(DriveCommand::full(mode), STEP_S);
-        let bin = usize::try_from(bench.state.phase.units() >> 58).expect("six bits");
+        let bin = usize::try_from(bench.state.phase.units() >> 59).expect("five bits");
         at_phase[bin].get_or_insert(bench.state);
     }
     at_phase.into_iter().map(|state| state.expect("every phase comes up")).collect()
 }
 
-/// From the same state the way to rest is the same in `f32`, and, at every eighth phase, at a tenth of the step: to 0.5
+/// From the same state the way to rest is the same in `f32`, and, at every fourth phase, at a tenth of the step: to 0.5
 /// % in B, whose rotor lands on teeth at rest, to 10 % of the mean in C, whose rotor is among them.
 #[test]
 fn dual_drive_off_at_every_phase() {
@@ -158,7 +158,7 @@ fn dual_drive_off_at_every_phase() {
                 )
             })
             .collect();
-        let mean = turns.iter().sum::<f64>() / 64.0;
+        let mean = turns.iter().sum::<f64>() / 32.0;
         let within = Within::absolute(band * mean.abs());
         for (k, (state, turn)) in states.iter().zip(turns).enumerate() {
             let what = format!("{mode:?} cut at phase {k}");
@@ -166,7 +166,7 @@ fn dual_drive_off_at_every_phase() {
             assert!(turn * state.rotor.rate_rad_s > 0.0, "{what}: {turn} mdeg");
             let single = turn_mdeg::<f32>(rounded(state), DriveCommand::OFF, 0.0, STEP_S, &what);
             assert_close(single, turn, within, format_args!("f32, {what}"));
-            if k % 8 == 0 {
+            if k % 4 == 0 {
                 let fine = turn_mdeg::<f64>(rounded(state), DriveCommand::OFF, 0.0, 0.1 * STEP_S, &what);
                 assert_close(fine, turn, within, format_args!("1 us, {what}"));
             }
