@@ -17,8 +17,7 @@ use crate::support::checkout::{files_below, root, text};
 
 /// What runs smaller here than it stands in the documents: a flag with its value is put in the place of the documented
 /// one, or appended. The command as it stands must still be parsed.
-const SMALLER: [(&str, &[(&str, &str)]); 10] = [
-    ("accuracy", &[("--quick", "")]),
+const SMALLER: [(&str, &[(&str, &str)]); 9] = [
     (
         "calibrate",
         &[
@@ -26,17 +25,27 @@ const SMALLER: [(&str, &[(&str, &str)]); 10] = [
             ("--duration", "6"),
             ("--set", "calibrate.steps=1"),
             ("--set", "calibrate.pilot_s=0"),
+            COARSE,
         ],
     ),
-    ("estimate", &[("--motors", "1")]),
+    ("estimate", &[("--motors", "1"), COARSE]),
     ("faults", &[("--runs", "2")]),
     ("filters", &[("--motors", "1"), ("--host-only", "")]),
     ("identify", &[("--motors", "100"), ("--no-advice", "")]),
-    ("positioning-trials", &[("--motors", "2")]),
-    ("rate", &[("--duration", "2")]),
-    ("reproduce", &[("--seeds", "2"), ("--drawn", "1")]),
+    ("positioning-trials", &[("--motors", "2"), COARSE]),
+    ("rate", &[("--duration", "2"), COARSE]),
+    ("reproduce", &[("--seeds", "2"), ("--drawn", "1"), ("--quick", "")]),
     ("response-map", &[("--motors", "4")]),
 ];
+
+/// The coarsest step of the plant.
+const COARSE: (&str, &str) = ("--set", "plant.step_s=1e-5");
+
+/// What takes ten seconds or more as small as it gets: it is parsed here. Other tests run the like of it: a quick
+/// `accuracy` (`tool_accuracy`), `instruments` on one motor (`tool_reports`), a move that makes its map
+/// (`tool_identify`), and a plan (`tool_cluster`).
+const LONG: [&[&str]; 4] =
+    [&["accuracy"], &["instruments"], &["position", "--scene", "heavy_rotor"], &["sweep", "--plan"]];
 
 /// What builds the firmware and runs it in QEMU, or needs a board: it is parsed here and run in `tests/qemu`.
 const IN_QEMU: [&str; 4] = ["instructions", "pil", "run", "size"];
@@ -163,7 +172,7 @@ fn keeps_a_file(arguments: &[String]) -> bool {
         || arguments.iter().any(|word| named.contains(&word.as_str()))
 }
 
-/// The command with its arguments is parsed as it stands, and runs, unless it stands in prose or needs QEMU. What it
+/// The command with its arguments is parsed as it stands, and runs, unless it stands in prose, needs QEMU or is long. What it
 /// prints goes to `file`, for the commands after it. What another document has too, and leaves no file, is not
 /// repeated.
 fn check_host_sim(
@@ -177,7 +186,8 @@ fn check_host_sim(
         reader.succeeds(&parsed)?;
     }
     let in_qemu = arguments.first().is_some_and(|command| IN_QEMU.contains(&command.as_str()));
-    if place == Place::Prose || in_qemu {
+    let is_long = LONG.iter().any(|words| words.iter().all(|word| arguments.iter().any(|of| of == word)));
+    if place == Place::Prose || in_qemu || is_long {
         return Ok(());
     }
     let arguments = smaller(arguments);
