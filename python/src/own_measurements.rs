@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-use estimator::{AngleFilter as _, Estimate, Health, Innovation, Reason, Rejection, Verdict};
+use estimator::{AngleFilter, Estimate, Health, Innovation, Reason, Rejection, Verdict};
 use host_sim::cli::in_process::json_line;
 use host_sim::log::import::{Drives, Import, Imported, MeasuredSeries, Measurements, Recording};
 use host_sim::log::{Ending, LogError, LogOptions, LogRecorder};
@@ -194,7 +194,10 @@ impl<'a, T: Real> FilterRun<'a, T> {
     }
 }
 
-impl<T: Real> Observer for FilterRun<'_, T> {
+impl<T: Real> Observer for FilterRun<'_, T>
+where
+    AnyFilter<T>: AngleFilter<T>,
+{
     fn observe(&mut self, record: &RunRecord) -> ControlFlow<()> {
         self.watch.check();
         for sample in record.ldv_samples {
@@ -220,7 +223,10 @@ impl<T: Real> Observer for FilterRun<'_, T> {
 }
 
 /// Runs the filter of the import's scene in a precision.
-fn filtered<T: Real>(import: &Import, every: u64, watch: &Watch) -> Result<[Table; 2], Error> {
+fn filtered<T: Real>(import: &Import, every: u64, watch: &Watch) -> Result<[Table; 2], Error>
+where
+    AnyFilter<T>: AngleFilter<T>,
+{
     let mut run = FilterRun::<T>::new(import.scene(), every, watch)?;
     let Imported { start_s, .. } = import.run(&mut run)?;
     Ok(run.tables(start_s))

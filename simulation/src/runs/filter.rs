@@ -69,49 +69,59 @@ impl<T: Real> AnyFilter<T> {
             )))),
         })
     }
-
-    fn get(&self) -> &dyn AngleFilter<T> {
-        match self {
-            Self::ConstantRate(filter) => filter.as_ref(),
-            Self::ImpactAided(filter) => filter.as_ref(),
-            Self::Twin(filter) => filter.as_ref(),
-        }
-    }
-
-    fn get_mut(&mut self) -> &mut dyn AngleFilter<T> {
-        match self {
-            Self::ConstantRate(filter) => filter.as_mut(),
-            Self::ImpactAided(filter) => filter.as_mut(),
-            Self::Twin(filter) => filter.as_mut(),
-        }
-    }
 }
 
-impl<T: Real> AngleFilter<T> for AnyFilter<T> {
-    fn drive(&mut self, at: Time, command: DriveCommand) {
-        self.get_mut().drive(at, command);
-    }
+/// Not generic: the filters are compiled once in each precision, with this crate and its optimisation.
+macro_rules! angle_filter_in {
+    ($precision:ty) => {
+        impl AnyFilter<$precision> {
+            fn get(&self) -> &dyn AngleFilter<$precision> {
+                match self {
+                    Self::ConstantRate(filter) => filter.as_ref(),
+                    Self::ImpactAided(filter) => filter.as_ref(),
+                    Self::Twin(filter) => filter.as_ref(),
+                }
+            }
 
-    fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<T>> {
-        self.get_mut().update_ldv(sample)
-    }
+            fn get_mut(&mut self) -> &mut dyn AngleFilter<$precision> {
+                match self {
+                    Self::ConstantRate(filter) => filter.as_mut(),
+                    Self::ImpactAided(filter) => filter.as_mut(),
+                    Self::Twin(filter) => filter.as_mut(),
+                }
+            }
+        }
 
-    fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
-        self.get_mut().update_camera(frame)
-    }
+        impl AngleFilter<$precision> for AnyFilter<$precision> {
+            fn drive(&mut self, at: Time, command: DriveCommand) {
+                self.get_mut().drive(at, command);
+            }
 
-    fn estimate(&self, now: Time) -> Option<Estimate<T>> {
-        self.get().estimate(now)
-    }
+            fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<$precision>> {
+                self.get_mut().update_ldv(sample)
+            }
 
-    fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
-        self.get().smoothed(at)
-    }
+            fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<$precision> {
+                self.get_mut().update_camera(frame)
+            }
 
-    fn health(&self, now: Time) -> Health {
-        self.get().health(now)
-    }
+            fn estimate(&self, now: Time) -> Option<Estimate<$precision>> {
+                self.get().estimate(now)
+            }
+
+            fn smoothed(&self, at: Time) -> Option<Estimate<$precision>> {
+                self.get().smoothed(at)
+            }
+
+            fn health(&self, now: Time) -> Health {
+                self.get().health(now)
+            }
+        }
+    };
 }
+
+angle_filter_in!(f32);
+angle_filter_in!(f64);
 
 #[cfg(test)]
 mod tests {

@@ -207,12 +207,12 @@ impl<P: TickProgram> TickDriver<P> {
         let RigPorts { rig, command, impacts, .. } = ports;
         impacts.clear();
         if P::OBSERVES_STEPS {
-            rig.tick_in_steps(*command, |step, plant| {
+            rig.tick_in_steps(*command, &mut |step, plant| {
                 impacts.extend(Impact::of(step));
                 program.step(step, plant);
             });
         } else {
-            rig.tick(*command, |step| impacts.extend(Impact::of(step)));
+            rig.tick(*command, &mut |step| impacts.extend(Impact::of(step)));
         }
         ports.measurements.camera_frame = None;
         ports.measurements.marked = None;

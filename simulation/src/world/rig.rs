@@ -142,7 +142,7 @@ impl Rig {
     }
 
     /// A tick of the loop under `command` in single steps, each shown to `observe` with the plant after it.
-    pub fn tick_in_steps(&mut self, command: DriveCommand, mut observe: impl FnMut(&PlantStep, &Plant)) {
+    pub fn tick_in_steps(&mut self, command: DriveCommand, observe: &mut dyn FnMut(&PlantStep, &Plant)) {
         for _ in 0..self.tick_steps {
             let step = self.step(command);
             observe(&step, &self.plant);
@@ -153,7 +153,8 @@ impl Rig {
     /// where the vibrometer, which sees the ringing teeth, is not due within one.
     ///
     /// Every step in which the rotor meets anything is shown to `observe_impact`; long steps are not.
-    pub fn tick(&mut self, command: DriveCommand, mut observe_impact: impl FnMut(&PlantStep)) {
+    // Not generic: the steps of the plant are compiled once, with this crate.
+    pub fn tick(&mut self, command: DriveCommand, observe_impact: &mut dyn FnMut(&PlantStep)) {
         let end = self.plant.steps() + self.tick_steps;
         while self.plant.steps() < end {
             let command = self.faulty(command);

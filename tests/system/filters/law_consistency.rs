@@ -230,7 +230,7 @@ fn watched(marks: &str, motor: u64, drives: &[(DriveCommand, u64)], ticks: u64) 
     let mut sums = ErrorSums::default();
     for (tick, command) in (0_u64..).zip(commands) {
         twin.drive(rig.plant().now(), command);
-        rig.tick_in_steps(command, |_, _| ());
+        rig.tick_in_steps(command, &mut |_, _| ());
         while let Some(sample) = rig.ldv_sample() {
             twin.update_ldv(&sample);
         }

@@ -140,7 +140,7 @@ impl Bench {
             if !self.told_late {
                 self.tell(command);
             }
-            self.rig.tick_in_steps(command, |_, _| ());
+            self.rig.tick_in_steps(command, &mut |_, _| ());
             let (now, truth) = (self.now(), self.rig.plant().rotor().angle);
             self.angles.push(truth);
             let mut verdicts = vec![None; self.filters.len()];

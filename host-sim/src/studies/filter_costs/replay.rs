@@ -7,7 +7,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use estimator::AngleFilter as _;
+use estimator::AngleFilter;
 use motor_model::{DriveCommand, OutOfBounds, Real, Time};
 use serde::Serialize;
 
@@ -68,7 +68,10 @@ fn replayed<T: Real>(
     mut filter: AnyFilter<T>,
     command: DriveCommand,
     events: &[RecordedEvent],
-) -> (AnyFilter<T>, ErrorSums) {
+) -> (AnyFilter<T>, ErrorSums)
+where
+    AnyFilter<T>: AngleFilter<T>,
+{
     filter.drive(Time::ZERO, command);
     let mut error_sums = ErrorSums::default();
     for event in events {
@@ -85,7 +88,10 @@ fn replayed<T: Real>(
 }
 
 /// The error sums of `filter` in steady motion.
-pub fn error_sums<T: Real>(filter: AnyFilter<T>, recording: &Recording) -> ErrorSums {
+pub fn error_sums<T: Real>(filter: AnyFilter<T>, recording: &Recording) -> ErrorSums
+where
+    AnyFilter<T>: AngleFilter<T>,
+{
     replayed(filter, recording.command, &recording.events).1
 }
 
@@ -122,7 +128,10 @@ fn timing<T: Real>(
     filter: AnyFilter<T>,
     recording: &Recording,
     sample_rate_hz: f64,
-) -> Box<dyn Fn() -> OperationCosts + '_> {
+) -> Box<dyn Fn() -> OperationCosts + '_>
+where
+    AnyFilter<T>: AngleFilter<T>,
+{
     let (settling, timed) = recording.events.split_at(timed_from(&recording.events));
     let (settled, _) = replayed(filter, recording.command, settling);
     Box::new(move || cost(&settled, timed, sample_rate_hz))
@@ -162,7 +171,10 @@ fn reading_ns() -> f64 {
     readings.fold(f64::INFINITY, f64::min)
 }
 
-fn cost<T: Real>(settled: &AnyFilter<T>, events: &[RecordedEvent], sample_rate_hz: f64) -> OperationCosts {
+fn cost<T: Real>(settled: &AnyFilter<T>, events: &[RecordedEvent], sample_rate_hz: f64) -> OperationCosts
+where
+    AnyFilter<T>: AngleFilter<T>,
+{
     let mut copies: [AnyFilter<T>; COPIES] = std::array::from_fn(|_| settled.clone());
     let mut stopwatches = [Stopwatch::default(); 3];
     for event in events {
@@ -181,7 +193,10 @@ fn timed_from(events: &[RecordedEvent]) -> usize {
 }
 
 /// Every copy handles the event, timed by the stopwatch of its kind.
-fn time_event<T: Real>(event: &RecordedEvent, copies: &mut [AnyFilter<T>], stopwatches: &mut [Stopwatch; 3]) {
+fn time_event<T: Real>(event: &RecordedEvent, copies: &mut [AnyFilter<T>], stopwatches: &mut [Stopwatch; 3])
+where
+    AnyFilter<T>: AngleFilter<T>,
+{
     let [camera, vibrometer, prediction] = stopwatches;
     match event {
         RecordedEvent::Frame(frame) => camera.time(copies, |filter| filter.update_camera(black_box(frame))),

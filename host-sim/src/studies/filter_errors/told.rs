@@ -233,7 +233,7 @@ mod tests {
             let mut rig = Rig::new(&scene).unwrap();
             let (mut teeth, mut told_rad_s) = (0, 0.0);
             for _ in 0..10_000 {
-                rig.tick_in_steps(DriveCommand::full(mode), |step, plant| {
+                rig.tick_in_steps(DriveCommand::full(mode), &mut |step, plant| {
                     let contacts = contacts_of(step, plant);
                     let mut last = step.before.at;
                     let mut rate_rad_s = step.before.rate_rad_s;

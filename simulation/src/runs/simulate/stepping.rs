@@ -107,7 +107,7 @@ pub struct OpenLoopSummary {
 ///
 /// # Errors
 /// When the run's settings do not go together, a number is not finite, or the observer cannot go on.
-pub fn simulate(run: &OpenLoopRun, observer: &mut impl Observer) -> Result<OpenLoopSummary, RunError> {
+pub fn simulate(run: &OpenLoopRun, observer: &mut dyn Observer) -> Result<OpenLoopSummary, RunError> {
     let counts = run.step_counts()?;
     match (run.rotor, run.precision) {
         (RotorModel::HeightOnly, Precision::F32) => {
@@ -130,7 +130,7 @@ fn simulate_in<T: Real>(
     mut motor: impl SteppedMotor<T>,
     run: &OpenLoopRun,
     counts: &StepCounts,
-    observer: &mut impl Observer,
+    observer: &mut dyn Observer,
 ) -> Result<OpenLoopSummary, RunError> {
     let sample_rate_hz = run.sample_rate_hz(counts);
     let observer_steps = observer.interval_s().map(|interval_s| steps_in(interval_s, run.step_s).max(1));

@@ -21,7 +21,7 @@ fn run(mut rig: Rig, command: DriveCommand, ticks: u32) -> Record {
     let rotor = |rotor: &RotorPoint| (rotor.angle, rotor.velocity_m_s);
     let mut record = Record { frames: vec![], samples: vec![], steps: vec![rotor(&rig.plant().rotor())] };
     for _ in 0..ticks {
-        rig.tick_in_steps(command, |step, _| record.steps.push(rotor(&step.after)));
+        rig.tick_in_steps(command, &mut |step, _| record.steps.push(rotor(&step.after)));
         record.frames.extend(std::iter::from_fn(|| rig.camera_frame()));
         record.samples.extend(std::iter::from_fn(|| rig.ldv_sample()));
     }
@@ -88,7 +88,7 @@ fn exact_instants_are_the_same_at_rest() {
     let burst = |sets: &[&str]| {
         let mut rig = rig(sets);
         for _ in 0..300 {
-            rig.tick_in_steps(DriveCommand::saturating(DriveMode::C, 0.05), |_, _| ());
+            rig.tick_in_steps(DriveCommand::saturating(DriveMode::C, 0.05), &mut |_, _| ());
             while rig.ldv_sample().is_some() {}
             while rig.camera_frame().is_some() {}
         }
@@ -103,7 +103,7 @@ fn exact_instants_are_the_same_at_rest() {
         let mut rig = burst(sets);
         let (mut frames, mut samples) = (vec![], vec![]);
         for _ in 0..10_000 {
-            rig.tick(DriveCommand::OFF, |_| ());
+            rig.tick(DriveCommand::OFF, &mut |_| ());
             frames.extend(std::iter::from_fn(|| rig.camera_frame()));
             samples.extend(std::iter::from_fn(|| rig.ldv_sample()));
         }
@@ -191,7 +191,7 @@ fn exact_faults_taken_during_a_run_are_those_of_a_scene() {
         scene
     };
     let observe = |rig: &mut Rig, seen: &mut Vec<_>| {
-        rig.tick(DriveCommand::full(DriveMode::C), |_| ());
+        rig.tick(DriveCommand::full(DriveMode::C), &mut |_| ());
         seen.extend(
             std::iter::from_fn(|| rig.camera_frame()).map(|frame| (frame.exposed_at, frame.angle.units())),
         );
