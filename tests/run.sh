@@ -103,9 +103,10 @@ check_firmware() {
 # The test harness tells how long each test takes only if it may use options that are not stable yet.
 #
 # The Python module is built with the system tests, which load it. A test program of its own would need Python's
-# library.
+# library. The benches have no tests: they are linted.
+tested=(--workspace --exclude fuzz --exclude micromotor-python --exclude benches)
 timed_tests() {
-    cargo test --workspace --exclude fuzz --exclude micromotor-python \
+    cargo test "${tested[@]}" \
         --config 'target."cfg(not(target_os = \"none\"))".runner = ["env", "RUSTC_BOOTSTRAP=1"]' \
         "$@" -Z unstable-options --report-time 2>&1 | tee -a "$logs/tests"
 }
@@ -172,6 +173,6 @@ environment_id=
 heading "tests"
 timed_tests --lib --tests --
 cargo test --package ud-filter --lib --no-default-features --features defmt,serde
-cargo test --workspace --exclude fuzz --exclude micromotor-python --doc
+cargo test "${tested[@]}" --doc
 
 summary

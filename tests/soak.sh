@@ -86,7 +86,7 @@ echo "$(wc -l <"$properties") property tests"
 
 heading "fuzz targets are built"
 # The targets need flags of the compiler that are not stable yet; no sanitizer, since no library has unsafe code.
-fuzz() { RUSTC_BOOTSTRAP=1 cargo fuzz "$1" --fuzz-dir tests/fuzz --sanitizer none "${@:2}"; }
+fuzz() { RUSTC_BOOTSTRAP=1 cargo fuzz "$1" --fuzz-dir tests/fuzz --sanitizer none --features link_libfuzzer "${@:2}"; }
 mapfile -t targets < <(cargo fuzz list --fuzz-dir tests/fuzz)
 fuzz build
 echo "${#targets[@]} fuzz targets: ${targets[*]}"
@@ -145,7 +145,8 @@ fuzz_turn() {
         rm "$log"
     else
         result=failed
-        local command="RUSTC_BOOTSTRAP=1 cargo fuzz run --fuzz-dir tests/fuzz --sanitizer none $target"
+        local command="RUSTC_BOOTSTRAP=1 cargo fuzz run --fuzz-dir tests/fuzz --sanitizer none"
+        command+=" --features link_libfuzzer $target"
         artifact=$(sed -n 's/.*Test unit written to \(.*\)$/\1/p' "$log" | tail -n 1)
         failed "fuzz target $target, seed $seed" "$log" "$command ${artifact:--- -seed=$seed}"
     fi
