@@ -25,7 +25,7 @@ def test_tool_examples_run(page: str, tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_dual_benches_run_and_peers_agree() -> None:
-    """With few measurements and one turn of short runs: the core has the states of FilterPy and pykalman, and each command runs."""
+    """With few measurements, the core has the states of FilterPy and pykalman; in one turn, each command runs."""
     for bench, *arguments in (["kalman.py", "2000"], ["runs.py", os.environ["MICROMOTOR_COMMAND"], "1", "0.1"]):
         line = [sys.executable, str(ROOT / "python/benches" / bench), *arguments]
         printed = subprocess.run(line, check=True, capture_output=True, text=True).stdout

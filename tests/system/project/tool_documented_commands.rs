@@ -172,8 +172,8 @@ fn keeps_a_file(arguments: &[String]) -> bool {
         || arguments.iter().any(|word| named.contains(&word.as_str()))
 }
 
-/// The command with its arguments is parsed as it stands, and runs, unless it stands in prose, needs QEMU or is long. What it
-/// prints goes to `file`, for the commands after it. What another document has too, and leaves no file, is not
+/// The command with its arguments is parsed as it stands, and runs, unless it stands in prose, needs QEMU or is long.
+/// What it prints goes to `file`, for the commands after it. What another document has too, and leaves no file, is not
 /// repeated.
 fn check_host_sim(
     reader: &Reader,

@@ -34,8 +34,8 @@ const WIDE: ReferenceMotor = ReferenceMotor {
     stator: ReferenceStator::PAPER,
 };
 
-/// A tight hub and slippery teeth, with two mode shifts, modal masses and exponents of each mode and a split of the tilting modes, about twice
-/// as far from a rigid ring as finite elements have them.
+/// A tight hub and slippery teeth, with two mode shifts, modal masses and exponents of each mode and a split of the
+/// tilting modes, about twice as far from a rigid ring as finite elements have them.
 const OWN: ReferenceMotor = ReferenceMotor {
     clearance_m: 5.9e-6,
     friction: [0.055, 0.58],
