@@ -321,16 +321,17 @@ fn dual_pil_holds_the_rate_that_the_host_holds() {
     let back =
         ["rate.deg_s=-40", "rate.duration_s=0.5", "estimator.filter=impact_aided", "plant.step_s=5e-6"];
     let dead = ["rate.deg_s=500", "rate.duration_s=0.5", "faults=drive:dead", "plant.step_s=5e-6"];
-    for (sets, kind, stopped) in
-        [(&turning[..], Board::M4, None), (&back, Board::M7, None), (&dead, Board::M4, Some("Stuck"))]
+    for (sets, board, stopped) in
+        [(&turning[..], "m4", None), (&back, "m7", None), (&dead, "m4", Some("Stuck"))]
     {
-        let scene = scene(sets);
-        let mut board = LockStepBoard::start(elf().as_ref(), kind, Wiring::default()).expect("QEMU starts");
-        let run = host_sim::board::pil::hold_rate(&scene, &mut board).expect("it answers");
-        board.finish().expect("it ends well");
-        assert_eq!((run.difference, run.steps), (None, 50_000), "{sets:?}");
-        let alone = rate::run(&scene, |_| ()).expect("a scene");
+        // The rate is that of the scene, whose own words come after the flag.
+        let (rate_deg_s, others) = sets[0].strip_prefix("rate.deg_s=").zip(sets.get(1..)).expect("a rate");
+        let mut arguments = vec!["--board", board, "--deg-s", rate_deg_s];
+        arguments.extend(others.iter().flat_map(|set| ["--set", set]));
+        let run = identical(&arguments);
+        let alone = rate::run(&scene(sets), |_| ()).expect("a scene");
         assert_eq!(alone.stopped.as_deref(), stopped, "{alone:?}");
-        assert_eq!(run.outcome, Some(alone), "{sets:?}");
+        assert_eq!((run["steps"].as_u64(), &run["difference"]), (Some(50_000), &Value::Null), "{run}");
+        assert_eq!(run["outcome"], serde_json::to_value(alone).expect("JSON"), "{sets:?}");
     }
 }

@@ -107,10 +107,14 @@ impl fmt::Display for ComparedMove {
         if let Some(outcome) = &self.outcome {
             write!(f, "{outcome}")?;
         }
-        let verdict =
-            if self.identical { "every bit of every report is the host's" } else { "differs from the host" };
-        writeln!(f, "compared           {} ticks: {verdict}", self.steps)
+        writeln!(f, "{}", verdict(self.identical, self.steps))
     }
+}
+
+/// How far host and microcontroller agree, in words.
+fn verdict(identical: bool, steps: u64) -> String {
+    let verdict = if identical { "every bit of every report is the host's" } else { "differs from the host" };
+    format!("compared           {steps} ticks: {verdict}")
 }
 
 /// What the microcontroller is told before it is armed: the instruments, the parameters of the motor that `scene` sets,

@@ -233,7 +233,13 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
             ("Cycles instead", "instructions --cycles"),
         ],
     ),
-    ("pil", &[("A move by 2 degrees on a Cortex-M7", "pil --board m7 --to 2")]),
+    (
+        "pil",
+        &[
+            ("A move by 2 degrees on a Cortex-M7", "pil --board m7 --to 2"),
+            ("A rate for half a second", "pil --deg-s 160 --duration 0.5"),
+        ],
+    ),
     (
         "run",
         &[

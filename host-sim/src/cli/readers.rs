@@ -43,6 +43,35 @@ const RECORD_READS: [&str; 13] = [
 const MOVE: [&str; 9] =
     ["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"];
 
+/// What is read for a rate that a board holds, from the start to the end.
+const BOARD_RATE: [&str; 10] = [
+    "seed",
+    "motor",
+    "plant",
+    "camera",
+    "ldv",
+    "fault",
+    "faults",
+    "estimator",
+    "rate.deg_s",
+    "rate.duration_s",
+];
+
+/// What is read for a move or a rate of a board.
+const BOARD: [&str; 11] = [
+    "seed",
+    "motor",
+    "plant",
+    "camera",
+    "ldv",
+    "fault",
+    "faults",
+    "estimator",
+    "position",
+    "rate.deg_s",
+    "rate.duration_s",
+];
+
 /// Every command that takes a scene.
 pub(super) const READERS: [Reader; 16] = [
     reader("import", &["motor", "camera", "ldv", "estimator", "record.model"]),
@@ -97,44 +126,21 @@ pub(super) const READERS: [Reader; 16] = [
         ..reader("response-map", &["seed", "motor", "plant"])
     },
     reader("stator", &["stator", "motor"]),
-    reader("pil", &MOVE),
-    reader(
-        "run",
-        &[
-            "seed",
-            "motor",
-            "plant",
-            "camera",
-            "ldv",
-            "fault",
-            "faults",
-            "estimator",
-            "position",
-            "rate.deg_s",
-            "rate.duration_s",
-        ],
-    ),
+    reader("pil", &BOARD),
+    reader("run", &BOARD),
 ];
 
 /// What `run` reads for a move.
 pub(super) const RUN_MOVE: Reader = reader("run without --deg-s", &MOVE);
 
-/// What `run` reads for a rate: a board holds one from the start to the end.
-pub(super) const RUN_RATE: Reader = reader(
-    "run --deg-s",
-    &[
-        "seed",
-        "motor",
-        "plant",
-        "camera",
-        "ldv",
-        "fault",
-        "faults",
-        "estimator",
-        "rate.deg_s",
-        "rate.duration_s",
-    ],
-);
+/// What `run` reads for a rate.
+pub(super) const RUN_RATE: Reader = reader("run --deg-s", &BOARD_RATE);
+
+/// What `pil` reads for a move.
+pub(super) const PIL_MOVE: Reader = reader("pil without --deg-s", &MOVE);
+
+/// What `pil` reads for a rate.
+pub(super) const PIL_RATE: Reader = reader("pil --deg-s", &BOARD_RATE);
 
 /// Whether `key` is one of `names` or begins with the words of one.
 fn is_among(key: &str, names: &[&str]) -> bool {

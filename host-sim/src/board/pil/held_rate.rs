@@ -1,23 +1,43 @@
 //! A rate that host and microcontroller hold both.
 
+use std::fmt;
 use std::ops::ControlFlow;
 
 use link::{HostMessage, RateConfiguration, RateLimitsRecord};
+use serde::Serialize;
 
-use super::{Difference, Processor, compared, description, filter_kind};
+use super::{Difference, Processor, compared, description, filter_kind, verdict};
 use crate::board::BoardError;
 use simulation::runs::rate::{self, RateOutcome};
 use simulation::scene::Scene;
 
 /// A rate that host and microcontroller held both. It ends at the first difference.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ComparedRate {
+    /// Whether both computed the same bits in every tick.
+    pub identical: bool,
     /// Ticks compared.
     pub steps: u64,
     /// The first difference.
     pub difference: Option<Difference>,
-    /// What became of the rate, as the microcontroller drove it; `None` after a difference.
+    /// What became of the rate, as the microcontroller drove it; `null` after a difference.
     pub outcome: Option<RateOutcome>,
+}
+
+impl ComparedRate {
+    /// The rate as one JSON object on one line.
+    pub fn json(&self) -> String {
+        crate::report::files::json_line(self)
+    }
+}
+
+impl fmt::Display for ComparedRate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(outcome) = &self.outcome {
+            write!(f, "{outcome}")?;
+        }
+        writeln!(f, "{}", verdict(self.identical, self.steps))
+    }
 }
 
 /// What the microcontroller is told before it is armed for the rate of `scene`: the bench as for a move, and the rate,
@@ -56,9 +76,11 @@ pub fn hold_rate(scene: &Scene, processor: &mut impl Processor) -> Result<Compar
         },
     )?;
     Ok(match ended {
-        ControlFlow::Continue(outcome) => ComparedRate { steps, difference: None, outcome: Some(outcome) },
+        ControlFlow::Continue(outcome) => {
+            ComparedRate { identical: true, steps, difference: None, outcome: Some(outcome) }
+        }
         ControlFlow::Break(difference) => {
-            ComparedRate { steps, difference: Some(difference?), outcome: None }
+            ComparedRate { identical: false, steps, difference: Some(difference?), outcome: None }
         }
     })
 }

@@ -70,14 +70,14 @@ fn exact_pil_reads_what_the_table_says() {
     let scene = short(&["position.deadline_s=0.01"], true);
     pil::preparation(&scene).unwrap();
     position::run(&scene, |_| ()).unwrap();
-    agrees("pil", &scene);
+    agrees_with(&PIL_MOVE, &scene);
     // A real board does the same with the same preparation.
     agrees_with(&RUN_MOVE, &scene);
 }
 
-/// A real board holds a rate with this preparation, and no other course of it.
+/// A board, emulated or real, holds a rate with this preparation, and no other course of it.
 #[test]
-fn exact_run_reads_what_the_tables_say() {
+fn exact_boards_read_what_the_tables_say() {
     let scene = short(&["rate.duration_s=0.5", "plant.step_s=5e-6"], true);
     pil::rate_preparation(&scene).unwrap();
     closed_loop::rate(
@@ -86,11 +86,13 @@ fn exact_run_reads_what_the_tables_say() {
     )
     .unwrap()
     .next_tick();
-    agrees_with(&RUN_RATE, &scene);
-    // The table of the command is that of both.
-    let both = |key: &str| RUN_MOVE.reads(key) || RUN_RATE.reads(key);
-    for setting in registry() {
-        assert_eq!(Reader::named("run").reads(setting.key), both(setting.key), "{}", setting.key);
+    // The table of a command is that of both.
+    for (command, of_move, of_rate) in [("run", &RUN_MOVE, &RUN_RATE), ("pil", &PIL_MOVE, &PIL_RATE)] {
+        agrees_with(of_rate, &scene);
+        for key in registry().map(|setting| setting.key) {
+            let is_read = of_move.reads(key) || of_rate.reads(key);
+            assert_eq!(Reader::named(command).reads(key), is_read, "{command} {key}");
+        }
     }
 }
 
@@ -201,7 +203,7 @@ fn exact_refusals_name_the_key_and_its_readers() {
     );
     assert_eq!(
         refused(&RUN_MOVE, "rate.deg_s"),
-        "error: run without --deg-s does not read rate.deg_s; hint: rate, run read it"
+        "error: run without --deg-s does not read rate.deg_s; hint: rate, pil, run read it"
     );
 }
 
