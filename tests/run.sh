@@ -159,6 +159,9 @@ cargo clippy --workspace --all-targets -- -D warnings
 heading "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --document-private-items
 
+heading "tests are built"
+cargo test "${tested[@]}" --lib --tests --no-run
+
 heading "firmware builds for the microcontroller, and so does each no_std crate by itself; the page builds"
 status=0
 wait "$firmware_id" || status=$?
@@ -170,7 +173,7 @@ wait "$environment_id" || cat "$logs/environment"
 environment_id=
 
 # On the host and, through tests/qemu, on the emulated microcontroller.
-heading "tests"
+heading "tests run"
 timed_tests --lib --tests --
 cargo test --package ud-filter --lib --no-default-features --features defmt,serde
 cargo test "${tested[@]}" --doc
