@@ -52,9 +52,10 @@ fn tool_pil_ten_seconds_on_a_cortex_m4f() {
     assert!(error_mdeg.abs() <= 20.0 && run["outcome"]["ok"] == true, "{run}");
 }
 
-/// The other board, the other filter, the other way.
+/// The other board, the other filter, the other way: a move, and a hold of two seconds. What a longer one would add is
+/// at the other board.
 #[test]
-fn tool_pil_ten_seconds_on_a_cortex_m7() {
+fn tool_pil_two_seconds_on_a_cortex_m7() {
     let other = [
         "--board",
         "m7",
@@ -63,10 +64,10 @@ fn tool_pil_ten_seconds_on_a_cortex_m7() {
         "--set",
         "estimator.filter=impact_aided",
         "--set",
-        "position.hold_s=10",
+        "position.hold_s=2",
     ];
     let run = identical(&other);
-    assert!(run["steps"].as_u64().expect("a number") > 1_000_000, "{run}");
+    assert!(run["steps"].as_u64().expect("a number") > 200_000, "{run}");
     assert!(run["outcome"]["ok"] == true, "{run}");
 }
 
@@ -118,12 +119,12 @@ fn tool_pil_random_scenes() {
             format!("camera.duplicate_probability={}", 0.2 * spread(19, 83)),
             format!("camera.outlier_probability={}", 0.05 * spread(17, 79)),
             format!("camera.late_probability={}", 0.2 * spread(13, 73)),
-            format!("camera.lost_from_s={}", 0.2 * spread(11, 71)),
-            format!("camera.lost_until_s={}", 0.2 * spread(7, 67)),
-            format!("ldv.lost_from_s={}", 0.2 * spread(5, 61)),
-            format!("ldv.lost_until_s={}", 0.2 * spread(3, 59)),
-            "position.deadline_s=0.2".to_owned(),
-            "position.hold_s=0.2".to_owned(),
+            format!("camera.lost_from_s={}", 0.1 * spread(11, 71)),
+            format!("camera.lost_until_s={}", 0.1 * spread(7, 67)),
+            format!("ldv.lost_from_s={}", 0.1 * spread(5, 61)),
+            format!("ldv.lost_until_s={}", 0.1 * spread(3, 59)),
+            "position.deadline_s=0.1".to_owned(),
+            "position.hold_s=0.1".to_owned(),
         ];
         let mut arguments = vec!["--board", ["m4", "m7"][(n / 2 % 2) as usize]];
         for set in &sets {
