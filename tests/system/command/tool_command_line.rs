@@ -137,7 +137,7 @@ fn tool_keys_that_a_command_does_not_read_are_refused() {
             "plant.friction=paper",
             &["simulate", "plant.friction", "position", "simulate.friction"][..],
         ),
-        ("position", "rate.deg_s=5", &["position does not read rate.deg_s", "rate, run read it"]),
+        ("position", "rate.deg_s=5", &["position does not read rate.deg_s", "rate, pil, run read it"]),
         ("filters", "ldv.sample_rate_hz=100000", &["filters", "ldv.sample_rate_hz", "estimate"]),
         ("response-map", "plant.step_s=1e-6", &["response-map", "plant.step_s"]),
         ("positioning-trials", "position.to_deg=5", &["positioning-trials", "position.to_deg", "pil"]),
