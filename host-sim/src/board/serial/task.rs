@@ -148,7 +148,8 @@ pub(super) struct WatchedRate {
     last: Option<Followed>,
     is_following: bool,
     losses: u32,
-    is_over: bool,
+    /// When the board said that it has held the rate to the end, in s.
+    over_s: Option<f64>,
     stopped: Option<(controller::rate::RateStop, f64)>,
 }
 
@@ -164,14 +165,16 @@ impl WatchedRate {
                 self.last = Some(followed);
             }
             (PhaseRecord::Rate(RatePhase::Waiting), _) => self.losses += u32::from(self.is_following),
-            (PhaseRecord::Rate(RatePhase::Over), _) => self.is_over = true,
+            (PhaseRecord::Rate(RatePhase::Over), _) => {
+                self.over_s.get_or_insert(at_s);
+            }
             (PhaseRecord::Rate(RatePhase::Stopped(why)), _) => {
                 self.stopped.get_or_insert((why, at_s));
             }
             _ => {}
         }
         self.is_following = follows;
-        self.is_over || self.stopped.is_some()
+        self.over_s.is_some() || self.stopped.is_some()
     }
 
     fn figures(&self) -> RateFigures {
@@ -198,7 +201,8 @@ impl WatchedRate {
             stopped: self.stopped.map(|(why, _)| format!("{why:?}")),
             reason: self.stopped.map(|(why, _)| reason(why)),
             stopped_s: self.stopped.map(|(_, at_s)| at_s),
-            ok: self.is_over && self.stopped.is_none(),
+            // Not by the board's word alone: it reports once in a millisecond, so an end in time is not told too early.
+            ok: self.stopped.is_none() && self.over_s.is_some_and(|over_s| over_s >= asked_s),
         }
     }
 }
@@ -265,6 +269,22 @@ mod tests {
             (1, Some("WrongWay"), false)
         );
         assert!(near(figures.stopped_s, 1.0), "{figures:?}");
+    }
+
+    /// A board that says that it is over is believed when it has held for as long as was asked.
+    #[test]
+    fn exact_a_rate_that_ends_early_is_not_held() {
+        let sets = ["rate.deg_s=100".to_owned(), "rate.duration_s=2".to_owned()];
+        for (ms, ok) in [(1_000, false), (1_999, false), (2_000, true), (2_001, true)] {
+            let mut watched = BoardTask::Rate.watched(&Scene::of_sets(&sets).unwrap());
+            let at = Time::from_nanos(ms * 1_000_000);
+            let following = reported(at, 1.0, true, None);
+            assert!(!watched.take(at, &following, None));
+            let over = Reported { phase: PhaseRecord::Rate(RatePhase::Over), ..following };
+            assert!(watched.take(at, &over, None));
+            let TaskFigures::Rate(figures) = watched.figures(None, None) else { panic!("a rate") };
+            assert_eq!(figures.ok, ok, "{ms}");
+        }
     }
 
     /// Nothing is said of a rate that never followed, nor in percent of a rate of 0.
