@@ -19,7 +19,7 @@
 //!
 //! # In the order of the data
 //!
-//! 1. [`Sense`], [`Drive`]: what the loop needs of the hardware, in three methods.
+//! 1. [`Sense`], [`Drive`]: what the loop needs of the hardware, in four methods.
 //! 2. [`tick()`] on a [`PositionLoop`], which holds any [`estimator::AngleFilter`]: fuse what arrived, estimate,
 //!    decide, drive.
 //! 3. [`Target`], [`Limits`]: what is asked, and within which limits.
@@ -33,7 +33,8 @@
 //! 10. [`Positioning`]: the state machine that uses all of these.
 //! 11. [`MoveForecast`]: what a move will take, and what cannot be reached, before it starts.
 //! 12. [`TickReport`]: what a tick did.
-//! 13. [`commissioning`]: the response map of the motor at hand, measured before the first move.
+//! 13. [`InFlight`]: decisions on their way, of a loop whose commands act some ticks later.
+//! 14. [`commissioning`]: the response map of the motor at hand, measured before the first move.
 //!
 //! [`rate`] is the other task, with [`tick_rate`] as its loop body.
 //!
@@ -69,6 +70,7 @@
 //! | word | meaning |
 //! |---|---|
 //! | tick | period of the loop, 10 us |
+//! | latency | ticks from the measurements of a tick until the command acts that they decided |
 //! | cruise | a drive that stays on until it is cut |
 //! | coast | what the rotor still turns after a cruise is cut: ring-down, flight and sliding |
 //! | burst | a drive of a given number of ticks, from rest to rest |
@@ -106,6 +108,7 @@ pub mod commissioning;
 pub mod drive_plan;
 pub mod map_correction;
 
+mod latency;
 mod move_forecast;
 mod ports;
 mod positioning;
@@ -123,6 +126,7 @@ mod tick;
 #[doc = include_str!("../README.md")]
 pub struct Readme;
 
+pub use latency::{InFlight, LATENCY_TICKS_MAX};
 pub use move_forecast::{MoveForecast, Unreachable};
 pub use ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
 pub use positioning::{Positioning, PositioningPhase, PositioningTuning, StopReason, Wait};

@@ -5,6 +5,7 @@ use core::borrow::Borrow;
 use estimator::{AngleFilter, ConstantRate, Estimate, Health, Innovation};
 use motor_model::{Angle, DriveCommand, Time};
 
+use crate::latency::{self, InFlight};
 use crate::ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
 use crate::positioning::{Positioning, PositioningPhase, PositioningTuning};
 use crate::rate::{RateHold, RateProfile, RateStop};
@@ -18,11 +19,12 @@ pub const TICK_NANOS: u64 = 10_000;
 /// The state of the positioning loop, with the filter `F` that it estimates by and the response map that it plans by.
 ///
 /// `M` is the map or refers to it: by default to a static one, which takes no memory in the loop.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct PositionLoop<F = ConstantRate<f32>, M = &'static ResponseMap> {
     filter: F,
     map: M,
     positioning: Positioning,
+    in_flight: InFlight<TickReport>,
 }
 
 impl PositionLoop {
@@ -39,7 +41,7 @@ impl<F, M: Borrow<ResponseMap>> PositionLoop<F, M> {
     /// A loop that positions to `target` from `now` on, by a filter that is new or goes on from an earlier move.
     pub fn new(filter: F, map: M, target: Target, tuning: PositioningTuning, now: Time) -> Self {
         let positioning = Positioning::new(map.borrow(), target, tuning, now);
-        Self { filter, map, positioning }
+        Self { filter, map, positioning, in_flight: InFlight::new() }
     }
 
     /// Begins another move at `now`, as a loop from [`Self::new`] would, with the filter as it is. The filter is not
@@ -69,7 +71,8 @@ impl<F, M: Borrow<ResponseMap>> PositionLoop<F, M> {
     }
 }
 
-/// What a tick of the positioning loop did.
+/// What a tick of the positioning loop did. With a latency the decision is the one whose command acts from this tick on,
+/// and its estimate, which is for this tick too, is from measurements that are older by the latency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TickReport {
     /// The estimate the decision was based on; `None` before the first camera frame.
@@ -86,6 +89,18 @@ pub struct TickReport {
     pub phase: PositioningPhase,
 }
 
+impl TickReport {
+    /// Of a tick before the first decision acts.
+    const UNDECIDED: Self = Self {
+        estimate: None,
+        health: Health::Waiting,
+        camera: None,
+        command: DriveCommand::OFF,
+        applied: DriveCommand::OFF,
+        phase: PositioningPhase::Waiting(Health::Waiting),
+    };
+}
+
 /// One tick of the loop at `now`.
 ///
 /// To be called every [`PositionLoop::TICK_NANOS`]. A late or missed tick costs accuracy of the cut-off, nothing else,
@@ -96,38 +111,44 @@ pub fn tick<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
     now: Time,
     ports: &mut P,
 ) -> TickReport {
-    let PositionLoop { filter, map, positioning } = state;
-    tick_by((*map).borrow(), filter, positioning, now, ports)
+    let PositionLoop { filter, map, positioning, in_flight } = state;
+    tick_by((*map).borrow(), filter, positioning, in_flight, now, ports)
 }
 
-/// The same with `map`, `filter` and `positioning` in places of their own, for a program that keeps one map, which
-/// outlives its moves.
+/// The same with `map`, `filter`, `positioning` and what is `in_flight` in places of their own, for a program that keeps
+/// one map, which outlives its moves.
 pub fn tick_by<F: AngleFilter<f32>, P: Sense + Drive>(
     map: &ResponseMap,
     filter: &mut F,
     positioning: &mut Positioning,
+    in_flight: &mut InFlight<TickReport>,
     now: Time,
     ports: &mut P,
 ) -> TickReport {
-    let Fused { camera, estimate, health } = fuse(filter, now, ports);
-    let command = positioning.decide(map, now, estimate.as_ref(), health);
+    let acts_at = latency::acts_at(now, ports.latency_ticks());
+    let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, ports);
+    let command = positioning.decide(map, acts_at, estimate.as_ref(), health);
     let applied = ports.drive(command);
-    filter.drive(now, applied);
-    TickReport { estimate, health, camera, command, applied, phase: positioning.phase() }
+    let phase = positioning.phase();
+    let decided = TickReport { estimate, health, camera: None, command, applied, phase };
+    let acting = in_flight.exchange(decided, ports.latency_ticks()).unwrap_or(TickReport::UNDECIDED);
+    filter.drive(now, acting.applied);
+    TickReport { camera, ..acting }
 }
 
 /// The state of the rate loop, with the filter `F` that it estimates by and the response map, as in [`PositionLoop`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct RateLoop<F, M = &'static ResponseMap> {
     filter: F,
     map: M,
     hold: RateHold,
+    in_flight: InFlight<RateReport>,
 }
 
 impl<F, M: Borrow<ResponseMap>> RateLoop<F, M> {
     /// A loop that follows a rate, by a filter that is new or goes on from earlier.
     pub fn new(filter: F, map: M, hold: RateHold) -> Self {
-        Self { filter, map, hold }
+        Self { filter, map, hold, in_flight: InFlight::new() }
     }
 
     /// The filter, to read.
@@ -141,7 +162,7 @@ impl<F, M: Borrow<ResponseMap>> RateLoop<F, M> {
     }
 }
 
-/// What a tick of the rate loop did.
+/// What a tick of the rate loop did; with a latency as [`TickReport`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateReport {
     /// The estimate the decision was based on.
@@ -164,39 +185,57 @@ pub struct RateReport {
     pub stopped: Option<RateStop>,
 }
 
+impl RateReport {
+    /// Of a tick before the first decision acts.
+    const UNDECIDED: Self = Self {
+        estimate: None,
+        health: Health::Waiting,
+        camera: None,
+        command: DriveCommand::OFF,
+        applied: DriveCommand::OFF,
+        wanted_rad_s: 0.0,
+        reference: None,
+        since: Time::ZERO,
+        stopped: None,
+    };
+}
+
 /// One tick of the rate loop at `now`, otherwise as [`tick`].
 pub fn tick_rate<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
     state: &mut RateLoop<F, M>,
     now: Time,
     ports: &mut P,
 ) -> RateReport {
-    let RateLoop { filter, map, hold } = state;
-    tick_rate_by((*map).borrow(), filter, hold, now, ports)
+    let RateLoop { filter, map, hold, in_flight } = state;
+    tick_rate_by((*map).borrow(), filter, hold, in_flight, now, ports)
 }
 
-/// The same with `map`, `filter` and `hold` in places of their own, as [`tick_by`].
+/// The same with `map`, `filter`, `hold` and what is `in_flight` in places of their own, as [`tick_by`].
 pub fn tick_rate_by<F: AngleFilter<f32>, C: RateProfile, P: Sense + Drive>(
     map: &ResponseMap,
     filter: &mut F,
     hold: &mut RateHold<C>,
+    in_flight: &mut InFlight<RateReport>,
     now: Time,
     ports: &mut P,
 ) -> RateReport {
-    let Fused { camera, estimate, health } = fuse(filter, now, ports);
-    let command = hold.decide(map, now, estimate.as_ref(), health);
-    let applied = ports.drive(command);
-    filter.drive(now, applied);
-    RateReport {
+    let acts_at = latency::acts_at(now, ports.latency_ticks());
+    let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, ports);
+    let command = hold.decide(map, acts_at, estimate.as_ref(), health);
+    let decided = RateReport {
         estimate,
         health,
-        camera,
+        camera: None,
         command,
-        applied,
-        wanted_rad_s: hold.wanted_rad_s(now),
+        applied: ports.drive(command),
+        wanted_rad_s: hold.wanted_rad_s(acts_at),
         reference: hold.reference(),
         since: hold.since(),
         stopped: hold.stopped(),
-    }
+    };
+    let acting = in_flight.exchange(decided, ports.latency_ticks()).unwrap_or(RateReport::UNDECIDED);
+    filter.drive(now, acting.applied);
+    RateReport { camera, ..acting }
 }
 
 /// The estimate once every measurement that arrived is fused.
@@ -214,12 +253,18 @@ pub struct Fused {
 ///
 /// The second half is to decide, to drive, and to tell the filter the drive that is applied ([`AngleFilter::drive`]).
 pub fn fuse<F: AngleFilter<f32>>(filter: &mut F, now: Time, ports: &mut impl Sense) -> Fused {
+    fuse_for(filter, now, now, ports)
+}
+
+/// The same with the estimate for `instant`: when the command acts that is decided by it.
+#[inline]
+fn fuse_for<F: AngleFilter<f32>>(filter: &mut F, now: Time, instant: Time, ports: &mut impl Sense) -> Fused {
     for _ in 0..LDV_SAMPLES_PER_TICK_MAX {
         let Some(sample) = ports.ldv_sample() else { break };
         filter.update_ldv(&sample);
     }
     let camera = ports.camera_frame().map(|frame| filter.update_camera(&frame));
-    let (estimate, health) = filter.assess(now);
+    let (estimate, health) = filter.assess_for(now, instant);
     Fused { camera, estimate, health }
 }
 

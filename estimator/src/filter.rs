@@ -44,7 +44,13 @@ pub trait AngleFilter<T: Real> {
 
     /// [`Self::estimate`] and [`Self::health`] for the price of one: for a loop that needs both at every tick.
     fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
-        (self.estimate(now), self.health(now))
+        self.assess_for(now, now)
+    }
+
+    /// The same with the estimate for `instant`, at or after `now`: for a loop whose commands act later. Whether the
+    /// instruments are silent is judged at `now`, and the variance at `instant`.
+    fn assess_for(&self, now: Time, instant: Time) -> (Option<Estimate<T>>, Health) {
+        (self.estimate(instant), self.health(now))
     }
 }
 

@@ -43,7 +43,7 @@ use link::{
     Arrival, BoardFault, BoardMessage, Counters, Deframer, Expected, FRAME_BYTES_MAX, FrameError, Header,
     HostMessage, Sequence, TickRecord, VERSION, decode_on_board, encode_on_board,
 };
-use motor_model::{DriveCommand, Time};
+use motor_model::Time;
 
 use crate::design::DesignedDrive;
 use crate::loop_report::LoopReport;
@@ -106,7 +106,7 @@ pub struct Application<'m, D> {
 impl<'m, D: DesignedDrive> Application<'m, D> {
     /// The program as it starts: drive off, no host.
     pub fn new(mut amplifier: D, memory: &'m mut MoveMemory) -> Self {
-        amplifier.drive(DriveCommand::OFF);
+        amplifier.switch_off();
         *memory = MoveMemory::new();
         Self {
             amplifier,
@@ -234,20 +234,20 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
 
     /// The tick of the loop, if it is armed; otherwise the drive is off.
     fn run(&mut self) -> Option<LoopReport> {
-        let Self { state, memory: MoveMemory { configured, filter, map }, measurements, amplifier, .. } =
-            self;
+        let Self { state, memory, measurements, amplifier, .. } = self;
+        let MoveMemory { configured, filter, map, moves_in_flight, rates_in_flight } = &mut **memory;
         let (State::Armed, Some(configured), Some(filter), Ok(map)) = (state, configured, filter, map.map())
         else {
-            amplifier.drive(DriveCommand::OFF);
+            amplifier.switch_off();
             return None;
         };
         let now = time(self.elapsed_ticks);
         let ports = &mut Ports { measurements, amplifier };
         Some(match configured {
             Configured::Move(Move { positioning, .. }) => {
-                LoopReport::Move(controller::tick_by(map, filter, positioning, now, ports))
+                LoopReport::Move(controller::tick_by(map, filter, positioning, moves_in_flight, now, ports))
             }
-            Configured::Rate(rate) => rate.tick(map, filter, now, ports),
+            Configured::Rate(rate) => rate.tick(map, filter, rates_in_flight, now, ports),
         })
     }
 
@@ -316,14 +316,14 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     }
 
     fn latch(&mut self, fault: BoardFault) {
-        self.amplifier.drive(DriveCommand::OFF);
+        self.amplifier.switch_off();
         self.latched_fault = Some(fault.clone());
         self.state = State::Latched(fault);
     }
 
     /// Goes to the state safe. What was running is configured anew: its filter has no measurement.
     fn stop(&mut self) {
-        self.amplifier.drive(DriveCommand::OFF);
+        self.amplifier.switch_off();
         let was_armed = !matches!(mem::replace(&mut self.state, State::Safe), State::Safe);
         self.measurements.clear();
         self.overruns_in_a_row = 0;
@@ -377,6 +377,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
                 Ok(())
             }),
             HostMessage::MotorParameter(parameter) => self.describe(|bench| bench.set(*parameter)),
+            HostMessage::Latency { ticks } => self.describe(|bench| bench.set_latency(*ticks)),
             HostMessage::MapBegin | HostMessage::MapRows(_) | HostMessage::MapEnd(_) => {
                 self.describe_map(message)
             }
@@ -414,11 +415,13 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     }
 
     fn arm(&mut self) -> BoardMessage {
-        let MoveMemory { configured, map, .. } = &mut *self.memory;
+        let MoveMemory { configured, map, moves_in_flight, rates_in_flight, .. } = &mut *self.memory;
         match (&self.state, configured, map.map()) {
             (State::Armed, ..) => BoardMessage::Armed,
             (State::Safe, Some(configured), Ok(map)) => {
                 configured.begin(map, time(self.elapsed_ticks));
+                moves_in_flight.clear();
+                rates_in_flight.clear();
                 self.state = State::Armed;
                 BoardMessage::Armed
             }

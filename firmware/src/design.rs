@@ -1,7 +1,7 @@
-//! What a board takes from the design of the motor that it drives: the frequencies.
+//! What a board takes from the bench that it drives: the frequencies of the motor, and when its commands act.
 
 use controller::Drive;
-use motor_model::{MotorParams, OutOfBounds};
+use motor_model::{DriveCommand, MotorParams, OutOfBounds};
 
 /// An amplifier that drives the modes of a design.
 pub trait DesignedDrive: Drive {
@@ -16,4 +16,12 @@ pub trait DesignedDrive: Drive {
 
     /// From the next command on it drives the modes of `design`. The drive is off.
     fn follow(&mut self, design: Self::Design);
+
+    /// From the next command on its commands act after so many ticks ([`Drive::latency_ticks`]). The drive is off.
+    fn act_after(&mut self, ticks: usize);
+
+    /// Switches the drive off at once, whatever the latency. Commands that do not act yet never will.
+    fn switch_off(&mut self) {
+        self.drive(DriveCommand::OFF);
+    }
 }

@@ -127,7 +127,7 @@ impl AngleFilter<f32> for SelectedFilter {
         forward!(self, filter => filter.health(now))
     }
 
-    fn assess(&self, now: Time) -> (Option<Estimate<f32>>, Health) {
-        forward!(self, filter => filter.assess(now))
+    fn assess_for(&self, now: Time, instant: Time) -> (Option<Estimate<f32>>, Health) {
+        forward!(self, filter => filter.assess_for(now, instant))
     }
 }

@@ -10,7 +10,7 @@
 //!
 //! The stack of a board has some ten thousand words. A look at all of them takes as long as several ticks, so a tick
 //! looks at [`WORDS_PER_TICK`]. A pass begins at the far end and is over at the first used word. What a pass has found
-//! counts until the next one is over: less than 15 ms later, for a stack of 40 KiB.
+//! counts until the next one is over: less than 15 ms later, for a stack of 35 KiB.
 
 /// Words that a tick looks at: some 50 instructions.
 pub const WORDS_PER_TICK: usize = 8;

@@ -1,9 +1,9 @@
 //! The two tasks of a board, and the queues between them.
 //!
 //! ```text
-//!  timer, every 10 us --> TimerTask: a sample of the vibrometer, next sample of the drive
+//!  timer, every 10 us --> TimerTask: a sample of the vibrometer, next sample of the drive, bytes of the line
 //!                          |  ^
-//!                    Tick  |  | DriveCommand, ModeIncrements    each a queue of one producer and one consumer
+//!             Tick, bytes  |  | commands, ModeIncrements, bytes   each a queue of one producer and one consumer
 //!                          v  |
 //!  main loop ----------> LoopTask: frames of the host, estimate, decide, command, frames to the host
 //! ```
@@ -11,13 +11,24 @@
 //! | task | runs | deadline | when it is missed |
 //! |---|---|---|---|
 //! | [`TimerTask`] | in the timer's interrupt, above everything | the next interrupt | the hardware drops it |
-//! | [`LoopTask`] | in the main loop, for every [`Tick`] in the queue | the next tick | counted as an overrun |
+//! | [`LoopTask`] | in the main loop, for every [`Tick`] in the queue | when its command acts | counted as an overrun |
 //!
 //! Ten overruns in a row ([`crate::application::OVERRUNS_MAX`]) latch the drive off.
 //!
-//! Two priorities need no framework: the interrupt never waits, and the tasks share only three lock-free queues. When
-//! the queue of ticks is full, the loop task is eight ticks late: the new tick is lost, and counted as an overrun. When
-//! the loop task stops, the watchdog is not fed, and it restarts the board with the drive off.
+//! # Latency
+//!
+//! The host tells how many ticks a command acts after the tick that decided it ([`controller::InFlight`]). Without a
+//! latency it acts at the next interrupt, which is a tick after the loop has told its filter. With a latency of `n` ticks
+//! the timer task applies the command of tick `k` in interrupt `k + n`, to which the loop has told it: the deadline of
+//! tick `k` is that interrupt, and the loop task may be up to `n` ticks behind. A stop and a fault switch the drive off at
+//! the next interrupt, and take back the commands that do not act yet.
+//!
+//! # Priorities
+//!
+//! Two priorities need no framework: the interrupt never waits, and the tasks share only lock-free queues and a count.
+//! The interrupt empties the line, which holds few bytes: the loop task may be busy for the time of many. When the queue
+//! of ticks is full, the new tick is lost, and counted as an overrun. When the loop task stops, the watchdog
+//! is not fed, and it restarts the board with the drive off.
 //!
 //! Three counters count ticks of 10 us:
 //!
@@ -30,13 +41,14 @@
 //! A gap in `last_interrupt` is ticks that the queue lost; the time advances by them too.
 
 use core::mem;
+use core::sync::atomic::{AtomicU32, Ordering};
 
-use controller::{Drive, PositionLoop};
+use controller::{Drive, LATENCY_TICKS_MAX, PositionLoop};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use estimator::LdvSample;
 use heapless::spsc::{Consumer, Producer, Queue};
-use link::{BoardMessage, TickRecord};
+use link::{BoardMessage, FRAME_BYTES_MAX, TickRecord};
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Time};
 
 use crate::amplifier::Amplifier;
@@ -52,8 +64,25 @@ pub const TICKS_PER_S: f64 = 1e9 / PositionLoop::TICK_NANOS as f64;
 /// Ticks from one report to the host to the next: a thousand reports a second.
 const TICKS_PER_REPORT: u64 = 100;
 
-/// Bytes that are received between two ticks at most, a megabyte a second, so that a flood cannot stop the loop.
+/// Bytes that are received and sent in a tick at most, a megabyte a second, so that a flood cannot stop the loop.
 pub const BYTES_PER_TICK_MAX: usize = 10;
+
+/// Received bytes that wait for the loop task: those of the longest latency, and one place that stays empty. A byte more
+/// is lost, and its frame is found damaged.
+const RECEIVED_BYTES: usize = LATENCY_TICKS_MAX * BYTES_PER_TICK_MAX + 1;
+
+/// Bytes that wait for the line: two frames of any length, and one place that stays empty. A frame that does not fit is
+/// lost; the host finds the gap in the sequence.
+const SENT_BYTES: usize = 2 * FRAME_BYTES_MAX + 1;
+
+/// The serial line to the host. Neither call waits.
+pub trait SerialLine {
+    /// A byte, if one was received.
+    fn read(&mut self) -> Option<u8>;
+
+    /// Sends a byte; whether there was room for it.
+    fn write(&mut self, byte: u8) -> bool;
+}
 
 /// The analogue-to-digital converter of the vibrometer.
 pub trait Converter {
@@ -80,13 +109,30 @@ pub struct Tick {
     amplifier_works: bool,
 }
 
+/// A command, and the interrupt that applies it, or the next one after that has passed. It never acts if the drive is
+/// switched off before: `switched_off` is then another count than that of the memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct TimedCommand {
+    command: DriveCommand,
+    interrupt: u64,
+    switched_off: u32,
+}
+
+/// Length of the queues of ticks and commands: one place stays empty, and seven ticks more than the longest latency do
+/// not get lost.
+const QUEUE_LENGTH: usize = LATENCY_TICKS_MAX + 8;
+
 /// Memory that outlives the tasks: the queues between them, and the configured move.
 #[derive(Debug, Default)]
 pub struct TaskMemory {
-    ticks: Queue<Tick, 8>,
-    commands: Queue<DriveCommand, 8>,
+    ticks: Queue<Tick, QUEUE_LENGTH>,
+    commands: Queue<TimedCommand, QUEUE_LENGTH>,
     /// Room for one.
     designs: Queue<ModeIncrements, 2>,
+    /// How often the drive was switched off at once.
+    switched_off: AtomicU32,
+    received: Queue<u8, RECEIVED_BYTES>,
+    to_send: Queue<u8, SENT_BYTES>,
     configured: MoveMemory,
 }
 
@@ -97,25 +143,32 @@ impl TaskMemory {
             ticks: Queue::new(),
             commands: Queue::new(),
             designs: Queue::new(),
+            switched_off: AtomicU32::new(0),
+            received: Queue::new(),
+            to_send: Queue::new(),
             configured: MoveMemory::new(),
         }
     }
 
-    /// The tasks of a board with these pins. They drive the modes of Table 1 until the host describes others.
+    /// The tasks of a board with these pins, and the loop task's end of the line. They drive the modes of Table 1 until
+    /// the host describes others.
     ///
     /// # Errors
     /// When the model refuses the nominal motor: never, unless its bounds are changed.
-    pub fn tasks<P: SetDutyCycle, E: OutputPin, C: Converter>(
+    pub fn tasks<P: SetDutyCycle, E: OutputPin, C: Converter, L: SerialLine>(
         &mut self,
         width: P,
         enable: E,
         converter: C,
-    ) -> Result<(TimerTask<'_, P, E, C>, LoopTask<'_>), OutOfBounds> {
+        line: L,
+    ) -> Result<(TimerTask<'_, P, E, C, L>, LoopTask<'_>, HostPort<'_>), OutOfBounds> {
         let params = MotorParams::nominal();
         let modes = CommandPort::design(&params)?;
         let (tick_producer, tick_consumer) = self.ticks.split();
         let (command_producer, command_consumer) = self.commands.split();
         let (design_producer, design_consumer) = self.designs.split();
+        let (received_producer, received_consumer) = self.received.split();
+        let (sent_producer, sent_consumer) = self.to_send.split();
         let timer_task = TimerTask {
             amplifier: Amplifier::new(Waveform::new(modes), width, enable),
             converter,
@@ -123,6 +176,11 @@ impl TaskMemory {
             ticks: tick_producer,
             commands: command_consumer,
             designs: design_consumer,
+            switched_off: &self.switched_off,
+            switched_off_seen: 0,
+            line,
+            received: received_producer,
+            to_send: sent_consumer,
         };
         let port = CommandPort {
             commands: command_producer,
@@ -130,25 +188,60 @@ impl TaskMemory {
             unsent: None,
             last: DriveCommand::OFF,
             works: true,
+            interrupt: 0,
+            latency_ticks: 0,
+            switched_off: &self.switched_off,
         };
         let application = Application::new(port, &mut self.configured).timed();
         let loop_task = LoopTask { application, ticks: tick_consumer, last_interrupt: 0, just_armed: false };
-        Ok((timer_task, loop_task))
+        Ok((timer_task, loop_task, HostPort { received: received_consumer, to_send: sent_producer }))
+    }
+}
+
+/// The loop task's end of the line to the host.
+pub struct HostPort<'q> {
+    received: Consumer<'q, u8>,
+    to_send: Producer<'q, u8>,
+}
+
+impl HostPort<'_> {
+    /// The oldest byte that was received and not yet read.
+    pub fn read(&mut self) -> Option<u8> {
+        self.received.dequeue()
+    }
+
+    /// Sends a whole frame, or nothing of it.
+    pub fn send(&mut self, frame: &[u8]) {
+        if self.to_send.capacity() - self.to_send.len() >= frame.len() {
+            for &byte in frame {
+                let _ = self.to_send.enqueue(byte);
+            }
+        }
+    }
+
+    /// Whether no byte waits to be read.
+    pub fn is_quiet(&self) -> bool {
+        !self.received.ready()
     }
 }
 
 /// The work of the timer's interrupt.
-pub struct TimerTask<'q, P, E, C> {
+pub struct TimerTask<'q, P, E, C, L> {
     amplifier: Amplifier<P, E>,
     converter: C,
     /// Interrupts so far.
     interrupts: u64,
     ticks: Producer<'q, Tick>,
-    commands: Consumer<'q, DriveCommand>,
+    commands: Consumer<'q, TimedCommand>,
     designs: Consumer<'q, ModeIncrements>,
+    switched_off: &'q AtomicU32,
+    switched_off_seen: u32,
+    line: L,
+    received: Producer<'q, u8>,
+    to_send: Consumer<'q, u8>,
 }
 
-impl<P: SetDutyCycle, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
+impl<P: SetDutyCycle, E: OutputPin, C: Converter, L: SerialLine> TimerTask<'_, P, E, C, L> {
     /// What has to happen every 10 us, on time. The sample comes first: its instant is that of the interrupt.
     #[inline]
     pub fn interrupt(&mut self) {
@@ -156,25 +249,65 @@ impl<P: SetDutyCycle, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
         while let Some(modes) = self.designs.dequeue() {
             self.amplifier.set_modes(modes);
         }
-        while let Some(command) = self.commands.dequeue() {
-            self.amplifier.command(command);
-        }
-        self.amplifier.sample();
         self.interrupts += 1;
+        self.take_commands();
+        self.amplifier.sample();
         let tick = Tick { interrupt: self.interrupts, velocity_m_s, amplifier_works: self.amplifier.works() };
         // A full queue loses the tick: the loop task will find a gap in the numbers.
         let _ = self.ticks.enqueue(tick);
+        self.serve_line();
+    }
+
+    /// Takes what the line has received, and gives it what it has room for.
+    #[inline]
+    fn serve_line(&mut self) {
+        for _ in 0..BYTES_PER_TICK_MAX {
+            let Some(byte) = self.line.read() else { break };
+            // A full queue loses the byte: the frame's CRC tells.
+            let _ = self.received.enqueue(byte);
+        }
+        for _ in 0..BYTES_PER_TICK_MAX {
+            let Some(&byte) = self.to_send.peek() else { break };
+            if !self.line.write(byte) {
+                break;
+            }
+            self.to_send.dequeue();
+        }
+    }
+
+    /// Applies the commands that act from now on, and drops those that never will.
+    #[inline]
+    fn take_commands(&mut self) {
+        let switched_off = self.switched_off.load(Ordering::Acquire);
+        if switched_off != self.switched_off_seen {
+            self.switched_off_seen = switched_off;
+            self.amplifier.command(DriveCommand::OFF);
+        }
+        let due =
+            |next: &TimedCommand| next.interrupt <= self.interrupts || next.switched_off != switched_off;
+        while self.commands.peek().is_some_and(due) {
+            let next = self.commands.dequeue().filter(|next| next.switched_off == switched_off);
+            if let Some(TimedCommand { command, .. }) = next {
+                self.amplifier.command(command);
+            }
+        }
     }
 }
 
-/// The amplifier of the loop task: commands go into a queue, and take effect within 10 us.
+/// The amplifier of the loop task: commands go into a queue, and take effect after the latency, at least at the next
+/// interrupt.
 struct CommandPort<'q> {
-    commands: Producer<'q, DriveCommand>,
+    commands: Producer<'q, TimedCommand>,
     designs: Producer<'q, ModeIncrements>,
     /// A design for which there was no room yet.
     unsent: Option<ModeIncrements>,
     last: DriveCommand,
     works: bool,
+    /// The interrupt of the tick that decides.
+    interrupt: u64,
+    latency_ticks: usize,
+    /// Only this port writes it.
+    switched_off: &'q AtomicU32,
 }
 
 impl CommandPort<'_> {
@@ -194,10 +327,18 @@ impl Drive for CommandPort<'_> {
         // The drive stays off until the design that it is for has a place in the queue.
         let command = if self.designs_are_sent() { command } else { DriveCommand::OFF };
         // Only changes are sent. When the queue is full, the next tick tries again.
-        if command != self.last && self.commands.enqueue(command).is_ok() {
-            self.last = command;
+        if command != self.last {
+            let interrupt = self.interrupt + self.latency_ticks as u64;
+            let switched_off = self.switched_off.load(Ordering::Relaxed);
+            if self.commands.enqueue(TimedCommand { command, interrupt, switched_off }).is_ok() {
+                self.last = command;
+            }
         }
         if self.works { self.last } else { DriveCommand::OFF }
+    }
+
+    fn latency_ticks(&self) -> usize {
+        self.latency_ticks
     }
 }
 
@@ -211,6 +352,17 @@ impl DesignedDrive for CommandPort<'_> {
 
     fn follow(&mut self, modes: ModeIncrements) {
         self.unsent = self.designs.enqueue(modes).err();
+    }
+
+    fn act_after(&mut self, ticks: usize) {
+        self.latency_ticks = ticks;
+    }
+
+    fn switch_off(&mut self) {
+        self.designs_are_sent();
+        let count = self.switched_off.load(Ordering::Relaxed);
+        self.switched_off.store(count.wrapping_add(1), Ordering::Release);
+        self.last = DriveCommand::OFF;
     }
 }
 
@@ -251,7 +403,8 @@ impl LoopTask<'_> {
         let Some(tick) = self.ticks.dequeue() else { return false };
         let lost = tick.interrupt - self.last_interrupt - 1;
         self.last_interrupt = tick.interrupt;
-        self.application.amplifier_mut().works = tick.amplifier_works;
+        let amplifier = self.application.amplifier_mut();
+        (amplifier.works, amplifier.interrupt) = (tick.amplifier_works, tick.interrupt);
         if !tick.amplifier_works {
             self.application.stop_for_amplifier();
         }
@@ -265,7 +418,9 @@ impl LoopTask<'_> {
             self.application.push_ldv_sample(LdvSample { taken_at, velocity_m_s });
         }
         let report = self.application.tick();
-        self.application.record_deadline(!self.ticks.ready());
+        // The interrupt in which the command acts has not come.
+        let latency_ticks = self.application.amplifier().latency_ticks();
+        self.application.record_deadline(self.ticks.len() < latency_ticks.max(1));
         self.send_report(report, send);
         true
     }

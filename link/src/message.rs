@@ -55,6 +55,12 @@ pub enum HostMessage {
     /// The same with the angle at which the rotor is now as the target, and the tolerance as it is. Refused without a
     /// usable estimate as well.
     Hold,
+    /// Ticks from the measurements of a tick until its command acts ([`controller::Drive::latency_ticks`]), for the
+    /// configurations that follow; 0 without it. Refused above [`controller::LATENCY_TICKS_MAX`], and while armed.
+    Latency {
+        /// The ticks.
+        ticks: u8,
+    },
 }
 
 /// From the board to the host.

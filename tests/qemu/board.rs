@@ -76,7 +76,7 @@ fn tool_board_latches_off_when_the_host_falls_silent() {
     // No tick was late in all that time.
     let counters = board.counters();
     assert_eq!((counters.overruns, counters.damaged, counters.lost), (0, 0, 0), "{counters:?}");
-    // Interrupts nest on the same stack, of 40 KiB; building the twin's filter goes deepest here.
+    // Interrupts nest on the same stack, of 35 KiB; building the twin's filter goes deepest here.
     assert!((4096..32 * 1024).contains(&counters.stack_bytes_max), "{counters:?}");
 }
 
@@ -310,5 +310,5 @@ fn tool_the_stack_gauge_sees_the_deepest_call() {
     let (said, well) = fault("stack");
     let line = said.lines().find_map(|line| line.strip_prefix("stack ")).expect("two depths");
     let depths: Vec<u32> = line.split(' ').map(|depth| depth.parse().expect("a number")).collect();
-    assert!(well && depths[1] >= depths[0] + 21 * 64 && depths[1] < 40 * 1024, "{said}");
+    assert!(well && depths[1] >= depths[0] + 21 * 64 && depths[1] < 35 * 1024, "{said}");
 }

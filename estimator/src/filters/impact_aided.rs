@@ -340,9 +340,9 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         self.assess(now).1
     }
 
-    fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
+    fn assess_for(&self, now: Time, instant: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
-        let estimate = self.estimate(now);
+        let estimate = self.estimate(instant);
         let health = self.tracker.judge(estimate.as_ref(), now, silent.or_else(|| self.detector.fault()));
         (estimate, health)
     }

@@ -355,11 +355,11 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         self.assess(now).1
     }
 
-    fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
+    fn assess_for(&self, now: Time, instant: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         let unexplained =
             (!self.kick_use.taken || !self.misfit.is_trusted()).then_some(Reason::ImpactsUnexplained);
-        let estimate = self.estimate(now);
+        let estimate = self.estimate(instant);
         let vibrometer = silent.or_else(|| self.detector.fault()).or(unexplained);
         let health = self.tracker.judge(estimate.as_ref(), now, vibrometer);
         (estimate, health)

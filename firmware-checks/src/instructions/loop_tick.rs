@@ -1,4 +1,5 @@
-//! A tick of the loop, with each filter of the firmware, alone and with a step of the twin.
+//! A tick of the loop, with each filter of the firmware, alone and with a step of the twin; and the latency that the
+//! loop needs on a processor of its own speed ([`controller::Drive::latency_ticks`]).
 
 use core::hint::black_box;
 
@@ -15,19 +16,38 @@ fn tick_once(parts: &mut LoopParts, now: Time, instruments: &mut TwinInstruments
     tick_parts(parts, now, instruments)
 }
 
-/// Counts the tick alone, the tick with a step of a twin under the same drive, and the latter while the drive is on.
+/// Work that waits for a processor of a given speed.
+struct Backlog {
+    /// Instructions that the loop has in a tick.
+    per_tick: u32,
+    instructions: u32,
+}
+
+impl Backlog {
+    /// Ticks, begun ones included, after which the work of this tick is done, that of earlier ones before it.
+    fn latency_ticks(&mut self, work: u32) -> u32 {
+        let all = self.instructions.saturating_add(work);
+        self.instructions = all.saturating_sub(self.per_tick);
+        all.div_ceil(self.per_tick).max(1)
+    }
+}
+
+/// Counts the tick alone, the tick with a step of a twin under the same drive, the latter while the drive is on, and the
+/// latency where the loop has so many instructions in a tick, for either of `speeds`.
 #[inline(never)]
 fn count_kind(
     counter: &InstructionCounter<'_, impl InstructionTimer>,
     memory: &mut LoopMemory,
-    names: [&'static str; 3],
+    names: [&'static str; 5],
     kind: FilterKind,
-) -> Result<[Count; 3], OutOfBounds> {
+    speeds: [u32; 2],
+) -> Result<[Count; 5], OutOfBounds> {
     #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
     let setup = MotorSetup::with_step(PositionLoop::TICK_NANOS as f64 * 1e-9);
     let motor = Motor::try_new(&MotorParams::nominal(), &setup)?;
     let mut state = MotorState::default();
-    let [mut alone, mut with_step, mut driven] = names.map(Count::new);
+    let [mut alone, mut with_step, mut driven, mut slow, mut fast] = names.map(Count::new);
+    let mut backlogs = speeds.map(|per_tick| Backlog { per_tick, instructions: 0 });
     crate::parity::run_loop(
         memory,
         kind,
@@ -37,6 +57,9 @@ fn count_kind(
             let (_, of_step) =
                 black_box(counter.count(|| twin_step::step(&motor, &mut state, report.applied)));
             alone.add(of_tick);
+            for (backlog, latency) in backlogs.iter_mut().zip([&mut slow, &mut fast]) {
+                latency.add(backlog.latency_ticks(of_tick));
+            }
             with_step.add(of_tick + of_step);
             if report.applied.mode().is_some() {
                 driven.add(of_tick + of_step);
@@ -45,7 +68,7 @@ fn count_kind(
         },
         |_, _| (),
     )?;
-    Ok([alone, with_step, driven])
+    Ok([alone, with_step, driven, slow, fast])
 }
 
 /// The loop with the filter `impact_aided`.
@@ -56,17 +79,26 @@ pub(super) fn run_hot_operations(memory: &mut LoopMemory) -> Result<(), OutOfBou
     .map(drop)
 }
 
-/// Names of a filter's operations: the tick alone, with the step, and with the step while the drive is on.
+/// Names of a filter's operations: the tick alone, with the step, with the step while the drive is on, and the latency
+/// on a slower and on a faster processor.
 macro_rules! names {
-    ($tick:literal) => {
-        [$tick, concat!($tick, "_and_step"), concat!($tick, "_and_driven_step")]
+    ($tick:literal, $slow:literal, $fast:literal) => {
+        [
+            $tick,
+            concat!($tick, "_and_step"),
+            concat!($tick, "_and_driven_step"),
+            concat!($tick, "_latency_at_", $slow),
+            concat!($tick, "_latency_at_", $fast),
+        ]
     };
 }
 
-const NAMES: [(FilterKind, [&str; 3]); 3] = [
-    (FilterKind::ConstantRate, names!("loop_tick")),
-    (FilterKind::ImpactAided, names!("loop_tick_impact_aided")),
-    (FilterKind::Twin, names!("loop_tick_twin")),
+/// The filters, the names of their counts, and instructions of a tick: 1,530 and 4,320 are those of 170 and of 480 MHz at
+/// one a cycle, without a tenth for the timer's interrupt and the link.
+const KINDS: [(FilterKind, [&str; 5], [u32; 2]); 3] = [
+    (FilterKind::ConstantRate, names!("loop_tick", "1530", "4320"), [1530, 4320]),
+    (FilterKind::ImpactAided, names!("loop_tick_impact_aided", "1530", "4320"), [1530, 4320]),
+    (FilterKind::Twin, names!("loop_tick_twin", "4320", "8000"), [4320, 8000]),
 ];
 
 pub(super) fn count(
@@ -74,8 +106,8 @@ pub(super) fn count(
     memory: &mut LoopMemory,
     report: &mut impl FnMut(Count),
 ) -> Result<(), OutOfBounds> {
-    for (kind, names) in NAMES {
-        count_kind(counter, memory, names, kind)?.into_iter().for_each(&mut *report);
+    for (kind, names, speeds) in KINDS {
+        count_kind(counter, memory, names, kind, speeds)?.into_iter().for_each(&mut *report);
     }
     Ok(())
 }

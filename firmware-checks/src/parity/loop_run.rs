@@ -8,7 +8,8 @@
 use core::fmt;
 
 use controller::{
-    Drive, PositionLoop, Positioning, PositioningTuning, ResponseMap, Sense, Target, TickReport, tick_by,
+    Drive, InFlight, PositionLoop, Positioning, PositioningTuning, ResponseMap, Sense, Target, TickReport,
+    tick_by,
 };
 use estimator::{CameraFrame, Instruments, LdvSample};
 use link::FilterKind;
@@ -57,12 +58,14 @@ pub type LoopMemory = Option<SelectedFilter>;
 pub(crate) struct LoopParts<'m> {
     pub(crate) filter: &'m mut SelectedFilter,
     positioning: Positioning,
+    in_flight: InFlight<TickReport>,
 }
 
 /// One tick.
 #[inline]
 pub(crate) fn tick_parts(parts: &mut LoopParts, now: Time, instruments: &mut TwinInstruments) -> TickReport {
-    tick_by(ResponseMap::table_1(), parts.filter, &mut parts.positioning, now, instruments)
+    let LoopParts { filter, positioning, in_flight } = parts;
+    tick_by(ResponseMap::table_1(), &mut **filter, positioning, in_flight, now, instruments)
 }
 
 /// Result of the run. Its text is that of the program: one `key value` a line.
@@ -150,7 +153,7 @@ pub(crate) fn build_loop(
 ) -> Result<LoopParts<'_>, OutOfBounds> {
     let filter = SelectedFilter::build(memory, kind, &MotorParams::nominal(), &Instruments::default())?;
     let positioning = Positioning::new(ResponseMap::table_1(), target, PositioningTuning::default(), now);
-    Ok(LoopParts { filter, positioning })
+    Ok(LoopParts { filter, positioning, in_flight: InFlight::new() })
 }
 
 /// Camera and vibrometer of the twin, and an amplifier without limits.

@@ -2,7 +2,10 @@
 //!
 //! The host describes its bench first, instruments, motor and map, and then configures the move or the rate on it.
 
-use controller::{Limits, Positioning, PositioningTuning, ResponseMap, Target};
+use controller::{
+    InFlight, LATENCY_TICKS_MAX, Limits, Positioning, PositioningTuning, RateReport, ResponseMap, Target,
+    TickReport,
+};
 use estimator::Instruments;
 use link::{Configuration, FilterKind, MapFault, MotorParameterRecord, RateConfiguration};
 use motor_model::{MotorParams, OutOfBounds, Parameter, Time};
@@ -19,11 +22,16 @@ const PARAMETER_INDEX_MAX: u8 = (Parameter::ALL.len() - 1) as u8;
 const DEADLINE_MAX_S: f64 = 86_400.0;
 const DEADLINE_KEY: &str = "position.deadline_s";
 
-/// Motor and instruments of the bench, as the host has described them.
+/// Key of the latency.
+const LATENCY_KEY: &str = "board.latency_ticks";
+
+/// Motor, instruments and latency of the bench, as the host has described them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Bench {
     pub(super) design: MotorParams,
     pub(super) instruments: Instruments,
+    /// Ticks from a decision until its command acts.
+    pub(super) latency_ticks: usize,
 }
 
 impl Bench {
@@ -40,6 +48,14 @@ impl Bench {
             unit: "",
         })?;
         self.design = self.design.with(*parameter, value)?;
+        Ok(())
+    }
+
+    /// Sets the latency.
+    pub(super) fn set_latency(&mut self, ticks: u8) -> Result<(), OutOfBounds> {
+        #[expect(clippy::cast_precision_loss, reason = "a few dozen")]
+        OutOfBounds::check(LATENCY_KEY, ticks.into(), 0.0, LATENCY_TICKS_MAX as f64, "")?;
+        self.latency_ticks = ticks.into();
         Ok(())
     }
 
@@ -163,18 +179,26 @@ impl Move {
     }
 }
 
-/// Memory of the configured move or rate, and of the host's response map. A filter is too large for the stack, so on a
-/// board this is a static.
+/// Memory of the configured move or rate, of its decisions that do not act yet, and of the host's response map. A filter
+/// is too large for the stack, so on a board this is a static.
 #[derive(Debug, Default)]
 pub struct MoveMemory {
     pub(super) configured: Option<Configured>,
     pub(super) filter: Option<SelectedFilter>,
     pub(super) map: MapMemory,
+    pub(super) moves_in_flight: InFlight<TickReport>,
+    pub(super) rates_in_flight: InFlight<RateReport>,
 }
 
 impl MoveMemory {
     /// No move and no rate, and the map of Table 1.
     pub const fn new() -> Self {
-        Self { configured: None, filter: None, map: MapMemory::new() }
+        Self {
+            configured: None,
+            filter: None,
+            map: MapMemory::new(),
+            moves_in_flight: InFlight::new(),
+            rates_in_flight: InFlight::new(),
+        }
     }
 }

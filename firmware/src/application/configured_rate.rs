@@ -2,7 +2,7 @@
 //! off, and the loop goes on estimating and reporting.
 
 use controller::rate::{Dwell, RateHold, RateTuning};
-use controller::{Drive, ResponseMap, Sense, tick_rate_by};
+use controller::{Drive, InFlight, RateReport, ResponseMap, Sense, tick_rate_by};
 use link::{RateConfiguration, RatePhase};
 use motor_model::Time;
 
@@ -51,6 +51,7 @@ impl Rate {
         &mut self,
         map: &ResponseMap,
         filter: &mut SelectedFilter,
+        in_flight: &mut InFlight<RateReport>,
         now: Time,
         ports: &mut (impl Sense + Drive),
     ) -> LoopReport {
@@ -60,7 +61,7 @@ impl Rate {
             self.is_over = true;
             self.hold = RateHold::new(Dwell::REST, self.tuning, now);
         }
-        let report = tick_rate_by(map, filter, &mut self.hold, now, ports);
+        let report = tick_rate_by(map, filter, &mut self.hold, in_flight, now, ports);
         let phase = if self.is_over { RatePhase::Over } else { RatePhase::from(&report) };
         LoopReport::Rate { report, phase }
     }

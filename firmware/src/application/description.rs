@@ -22,6 +22,7 @@ impl<D: DesignedDrive> Application<'_, D> {
         match Configured::build(self.memory, asked, &self.bench) {
             Ok(()) => {
                 self.amplifier.follow(design);
+                self.amplifier.act_after(self.bench.latency_ticks);
                 BoardMessage::Configured
             }
             Err(MoveError::Setting(error)) => refused(&error),

@@ -26,4 +26,8 @@ impl<D: Drive> Drive for Ports<'_, D> {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
         self.amplifier.drive(command)
     }
+
+    fn latency_ticks(&self) -> usize {
+        self.amplifier.latency_ticks()
+    }
 }

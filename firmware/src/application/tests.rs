@@ -5,9 +5,10 @@ use std::vec::Vec;
 
 use controller::{Drive, ResponseMap};
 use link::{CameraRecord, Configuration, LdvRecord, decode, map_messages};
-use motor_model::{DriveMode, MotorParams, OutOfBounds};
+use motor_model::{DriveCommand, DriveMode, MotorParams, OutOfBounds};
 
 mod description;
+mod latency;
 mod rate;
 mod retarget;
 mod short_camera_frames;
@@ -20,12 +21,17 @@ struct RecordingAmplifier {
     command: DriveCommand,
     design: MotorParams,
     broken: bool,
+    latency_ticks: usize,
 }
 
 impl Drive for RecordingAmplifier {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
         self.command = command;
         if self.broken { DriveCommand::OFF } else { command }
+    }
+
+    fn latency_ticks(&self) -> usize {
+        self.latency_ticks
     }
 }
 
@@ -39,12 +45,17 @@ impl DesignedDrive for RecordingAmplifier {
     fn follow(&mut self, design: MotorParams) {
         self.design = design;
     }
+
+    fn act_after(&mut self, ticks: usize) {
+        self.latency_ticks = ticks;
+    }
 }
 
 /// A board that has just started, with the drive on.
 fn board() -> Application<'static, RecordingAmplifier> {
     let design = MotorParams::nominal();
-    let amplifier = RecordingAmplifier { command: DriveCommand::full(DriveMode::C), design, broken: false };
+    let command = DriveCommand::full(DriveMode::C);
+    let amplifier = RecordingAmplifier { command, design, broken: false, latency_ticks: 0 };
     Application::new(amplifier, Box::leak(Box::default()))
 }
 

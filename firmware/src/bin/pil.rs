@@ -22,15 +22,22 @@ mod board {
     use firmware::design::DesignedDrive;
     use firmware::semihosting::{HostFile, has_argument};
     use firmware::stack_gauge::StackGauge;
+    use firmware::tasks::SerialLine as _;
     use firmware::telemetry::{self, log};
     use motor_model::{DriveCommand, MotorParams, OutOfBounds};
 
-    /// The amplifier is on the host: the report carries the command there.
-    struct Plant;
+    /// The amplifier is on the host: the report carries the command there, when it acts.
+    struct Plant {
+        latency_ticks: usize,
+    }
 
     impl Drive for Plant {
         fn drive(&mut self, command: DriveCommand) -> DriveCommand {
             command
+        }
+
+        fn latency_ticks(&self) -> usize {
+            self.latency_ticks
         }
     }
 
@@ -42,6 +49,10 @@ mod board {
         }
 
         fn follow(&mut self, (): ()) {}
+
+        fn act_after(&mut self, ticks: usize) {
+            self.latency_ticks = ticks;
+        }
     }
 
     /// More than the frames of a tick.
@@ -104,7 +115,7 @@ mod board {
             end(debug::EXIT_FAILURE)
         };
         let Some(memory) = singleton!(: MoveMemory = MoveMemory::new()) else { end(debug::EXIT_FAILURE) };
-        let mut application = Application::new(Plant, memory);
+        let mut application = Application::new(Plant { latency_ticks: 0 }, memory);
         let mut stack = StackGauge::new(stack_words());
         let logs = telemetry::open();
         let mut block = [0; BLOCK_BYTES];

@@ -1,6 +1,7 @@
 extern crate std;
 
 use std::boxed::Box;
+use std::collections::VecDeque;
 use std::vec::Vec;
 
 use controller::ResponseMap;
@@ -26,11 +27,49 @@ impl Converter for RotorAtRest {
     }
 }
 
+/// A line that holds few bytes each way, and counts those that it loses.
+#[derive(Default)]
+struct TestLine {
+    incoming: VecDeque<u8>,
+    outgoing: Vec<u8>,
+    room: usize,
+    lost: usize,
+}
+
+impl TestLine {
+    /// Bytes of the receiver's memory.
+    const HOLDS: usize = 8;
+
+    fn receive(&mut self, byte: u8) {
+        if self.incoming.len() < Self::HOLDS {
+            self.incoming.push_back(byte);
+        } else {
+            self.lost += 1;
+        }
+    }
+}
+
+impl SerialLine for TestLine {
+    fn read(&mut self) -> Option<u8> {
+        self.incoming.pop_front()
+    }
+
+    fn write(&mut self, byte: u8) -> bool {
+        let free = self.room > 0;
+        if free {
+            self.room -= 1;
+            self.outgoing.push(byte);
+        }
+        free
+    }
+}
+
 /// Both tasks, and the host.
 struct Bench {
     pins: &'static Pins,
-    timer_task: TimerTask<'static, Pin<'static>, Pin<'static>, RotorAtRest>,
+    timer_task: TimerTask<'static, Pin<'static>, Pin<'static>, RotorAtRest, TestLine>,
     loop_task: LoopTask<'static>,
+    host: HostPort<'static>,
     sequence: u32,
     /// What the board has sent with its ticks.
     received: Vec<BoardMessage>,
@@ -42,9 +81,10 @@ impl Bench {
         let pins: &Pins = Box::leak(Box::default());
         pins.enabled.set(true);
         let memory = Box::leak(Box::new(TaskMemory::new()));
-        let (timer_task, loop_task) = memory.tasks(Pin(pins), Pin(pins), RotorAtRest::default()).unwrap();
+        let (converter, line) = (RotorAtRest::default(), TestLine::default());
+        let (timer_task, loop_task, host) = memory.tasks(Pin(pins), Pin(pins), converter, line).unwrap();
         assert!(!pins.enabled.get(), "off from the start");
-        Self { pins, timer_task, loop_task, sequence: 0, received: Vec::new() }
+        Self { pins, timer_task, loop_task, host, sequence: 0, received: Vec::new() }
     }
 
     /// Arms the loop, and measures a rotor at rest until the bridge is on.
@@ -54,31 +94,38 @@ impl Bench {
 
     /// The same after a description of the bench.
     fn driving_as_told(description: &[HostMessage]) -> Self {
-        let mut bench = Self::new();
-        let arm = [HostMessage::Configure(MOVE), HostMessage::Arm];
-        for message in [HostMessage::Hello].iter().chain(description).chain(&arm) {
-            let answers = bench.exchange(message);
-            assert!(!matches!(answers[..], [BoardMessage::Fault(_)]) && answers.len() == 1, "{answers:?}");
-        }
+        let mut bench = Self::armed_as_told(description);
         for tick in 1..5000 {
-            if tick % 10 == 0 {
-                let exposed_nanos = tick * PositionLoop::TICK_NANOS;
-                let frame = CameraRecord {
-                    exposed_nanos,
-                    angle_units: 350_546 * i32::from(tick % 20 == 0),
-                    marks_used: 0,
-                    residual: 0,
-                };
-                bench.exchange(&HostMessage::Camera(frame));
-            }
-            bench.timer_task.interrupt();
-            assert!(bench.run_tick() && !bench.run_tick(), "one tick for one interrupt");
+            bench.rest(tick);
             if bench.is_on() {
                 bench.received.clear();
                 return bench;
             }
         }
         panic!("the loop does not drive");
+    }
+
+    /// Arms the loop after a description of the bench.
+    fn armed_as_told(description: &[HostMessage]) -> Self {
+        let mut bench = Self::new();
+        let arm = [HostMessage::Configure(MOVE), HostMessage::Arm];
+        for message in [HostMessage::Hello].iter().chain(description).chain(&arm) {
+            let answers = bench.exchange(message);
+            assert!(!matches!(answers[..], [BoardMessage::Fault(_)]) && answers.len() == 1, "{answers:?}");
+        }
+        bench
+    }
+
+    /// Interrupt and tick `tick` of a rotor at rest; every tenth has a frame of a dithered camera.
+    fn rest(&mut self, tick: u64) {
+        if tick.is_multiple_of(10) {
+            let exposed_nanos = tick * PositionLoop::TICK_NANOS;
+            let angle_units = 350_546 * i32::from(tick.is_multiple_of(20));
+            let frame = CameraRecord { exposed_nanos, angle_units, marks_used: 0, residual: 0 };
+            self.exchange(&HostMessage::Camera(frame));
+        }
+        self.timer_task.interrupt();
+        assert!(self.run_tick() && !self.run_tick(), "one tick for one interrupt");
     }
 
     fn is_on(&self) -> bool {
@@ -192,6 +239,85 @@ fn law_late_and_lost_ticks_are_overruns() {
     assert_eq!(bench.received, [BoardMessage::Fault(BoardFault::Overrun)]);
     bench.timer_task.interrupt();
     assert!(!bench.is_on());
+}
+
+/// Two bytes arrive in each tick, as the line has them, and the loop task is busy for the longest latency: the line
+/// loses none, and they are read in their order. A frame that is sent goes out as the line has room, and one for which
+/// there is no room does so not at all.
+#[test]
+fn exact_the_interrupt_serves_the_line_while_the_loop_task_is_busy() {
+    let mut bench = Bench::new();
+    let bytes: Vec<u8> = (0..2 * LATENCY_TICKS_MAX as u8).collect();
+    let frame = [7; FRAME_BYTES_MAX];
+    (0..3).for_each(|_| bench.host.send(&frame));
+    for pair in bytes.chunks(2) {
+        pair.iter().for_each(|&byte| bench.timer_task.line.receive(byte));
+        bench.timer_task.line.room = 2;
+        bench.timer_task.interrupt();
+    }
+    assert_eq!(bench.timer_task.line.lost, 0);
+    assert!(!bench.host.is_quiet());
+    let read: Vec<u8> = std::iter::from_fn(|| bench.host.read()).collect();
+    assert!(read == bytes && bench.host.is_quiet(), "{read:?}");
+    assert_eq!(bench.timer_task.line.outgoing.len(), bytes.len());
+    bench.timer_task.line.room = usize::MAX;
+    (0..300).for_each(|_| bench.timer_task.interrupt());
+    assert_eq!(bench.timer_task.line.outgoing, [frame, frame].concat());
+}
+
+/// With a latency the bridge follows the commands by the timer alone: the loop task that hangs, for one tick less than
+/// the latency, and then catches up, gives the same waveform as one that is on time, to the last width, and no overrun.
+/// One tick more is an overrun for each tick that is late.
+#[test]
+fn law_with_a_latency_a_loop_that_is_behind_drives_as_one_on_time() {
+    const LATENCY: u32 = 12;
+    let drive = |behind: u32| {
+        let mut bench = Bench::driving_as_told(&[HostMessage::Latency { ticks: LATENCY as u8 }]);
+        bench.pins.widths.borrow_mut().clear();
+        for _ in 0..20 {
+            (0..=behind).for_each(|_| bench.timer_task.interrupt());
+            while bench.run_tick() {}
+        }
+        // To the same number of ticks in all.
+        bench.run(20 * LATENCY - 20 * behind);
+        let overruns = bench.loop_task.application.counters().overruns;
+        (bench.pins.widths.borrow().clone(), overruns)
+    };
+    let (on_time, _) = drive(0);
+    let (behind, overruns) = drive(LATENCY - 1);
+    assert_eq!(overruns, 0);
+    assert!(behind == on_time && on_time.len() > 100, "{} {}", behind.len(), on_time.len());
+    // The first tick of each thirteen is done when thirteen interrupts have been: one too late for its command.
+    let (_, overruns) = drive(LATENCY);
+    assert_eq!(overruns, 20);
+}
+
+/// A command acts in the interrupt that is the latency after that of its tick, without one in the next. A stop acts in
+/// the next, and what was commanded before does not come after it.
+#[test]
+fn exact_a_command_acts_after_its_latency_and_a_stop_at_once() {
+    for latency in [0, 1, 12, LATENCY_TICKS_MAX as u8] {
+        let mut bench = Bench::armed_as_told(&[HostMessage::Latency { ticks: latency }]);
+        let is_commanded = |bench: &Bench| bench.loop_task.application.amplifier().last.mode().is_some();
+        let (mut tick, mut commanded) = (0, None);
+        while !bench.is_on() {
+            tick += 1;
+            bench.rest(tick);
+            commanded = commanded.or_else(|| is_commanded(&bench).then_some(tick));
+        }
+        assert_eq!(tick - commanded.unwrap(), u64::from(latency.max(1)));
+        let mut stopped = Bench::armed_as_told(&[HostMessage::Latency { ticks: latency }]);
+        for tick in 1..=commanded.unwrap() {
+            stopped.rest(tick);
+        }
+        for bench in [&mut bench, &mut stopped] {
+            assert_eq!(bench.exchange(&HostMessage::Stop), [BoardMessage::Stopped]);
+            for _ in 0..40 {
+                bench.timer_task.interrupt();
+                assert!(!bench.is_on(), "{latency}");
+            }
+        }
+    }
 }
 
 /// Construction of a filter takes hundreds of ticks on a slow processor, and most are not yet counted when the host

@@ -41,7 +41,7 @@ pub use free_running_board::FreeRunningBoard;
 pub(crate) use held_rate::rate_preparation;
 pub use held_rate::{ComparedRate, hold_rate};
 pub use lock_step_board::LockStepBoard;
-use simulation::runs::closed_loop::PositioningMoment;
+use simulation::runs::closed_loop::{PositioningMoment, latency_ticks};
 use simulation::runs::filter;
 use simulation::runs::position::{self, MoveOutcome};
 use simulation::runs::tick_driver::{Moment, TickDriver, TickMeasurements, TickProgram};
@@ -128,7 +128,7 @@ pub(crate) fn preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError>
     Ok(messages)
 }
 
-/// The instruments, the parameters of the motor that `scene` sets, and the response map.
+/// The instruments, the latency, the parameters of the motor that `scene` sets, and the response map.
 fn description(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
     let index = |parameter: Parameter| Parameter::ALL.iter().position(|other| *other == parameter);
     let parameters = scene.motor_overrides().filter_map(|(parameter, value)| {
@@ -136,7 +136,9 @@ fn description(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
         Some(HostMessage::MotorParameter(MotorParameterRecord { index, value }))
     });
     let instruments = HostMessage::Instruments(assumed(scene));
-    let mut messages: Vec<HostMessage> = std::iter::once(instruments).chain(parameters).collect();
+    let latency = u8::try_from(latency_ticks(scene)).ok().map(|ticks| HostMessage::Latency { ticks });
+    let mut messages: Vec<HostMessage> =
+        std::iter::once(instruments).chain(latency).chain(parameters).collect();
     messages.extend(map_messages(&*scene.response_map()?));
     Ok(messages)
 }

@@ -40,11 +40,11 @@ const RECORD_READS: [&str; 13] = [
 ];
 
 /// What is read for a move.
-const MOVE: [&str; 9] =
-    ["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"];
+const MOVE: [&str; 10] =
+    ["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "board", "position"];
 
 /// What is read for a rate that a board holds, from the start to the end.
-const BOARD_RATE: [&str; 10] = [
+const BOARD_RATE: [&str; 11] = [
     "seed",
     "motor",
     "plant",
@@ -53,12 +53,13 @@ const BOARD_RATE: [&str; 10] = [
     "fault",
     "faults",
     "estimator",
+    "board",
     "rate.deg_s",
     "rate.duration_s",
 ];
 
 /// What is read for a move or a rate of a board.
-const BOARD: [&str; 11] = [
+const BOARD: [&str; 12] = [
     "seed",
     "motor",
     "plant",
@@ -67,6 +68,7 @@ const BOARD: [&str; 11] = [
     "fault",
     "faults",
     "estimator",
+    "board",
     "position",
     "rate.deg_s",
     "rate.duration_s",
@@ -76,12 +78,12 @@ const BOARD: [&str; 11] = [
 pub(super) const READERS: [Reader; 16] = [
     reader("import", &["motor", "camera", "ldv", "estimator", "record.model"]),
     reader("simulate", &["seed", "motor", "simulate", "plant.rotor"]),
-    reader(
-        "position",
-        &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"],
-    ),
+    reader("position", &MOVE),
     reader("commission", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator"]),
-    reader("rate", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "rate"]),
+    reader(
+        "rate",
+        &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "board", "rate"],
+    ),
     reader("record", &RECORD_READS),
     reader(
         "calibrate",
@@ -95,6 +97,7 @@ pub(super) const READERS: [Reader; 16] = [
             "fault",
             "faults",
             "estimator",
+            "board",
             "calibrate",
         ],
     ),
@@ -108,18 +111,21 @@ pub(super) const READERS: [Reader; 16] = [
     },
     Reader {
         overwrites: &["position.to_deg", "position.deadline_s", "position.hold_s"],
-        ..reader(
-            "positioning-trials",
-            &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"],
-        )
+        ..reader("positioning-trials", &MOVE)
     },
     Reader {
         overwrites: &["camera.marks", "estimator.filter", "position"],
-        ..reader("instruments", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator"])
+        ..reader(
+            "instruments",
+            &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "board"],
+        )
     },
     Reader {
         overwrites: &["estimator.filter", "position"],
-        ..reader("faults", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator"])
+        ..reader(
+            "faults",
+            &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "board"],
+        )
     },
     Reader {
         overwrites: &["plant.step_s", "plant.motor", "plant.stator"],

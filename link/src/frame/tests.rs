@@ -71,6 +71,7 @@ fn host_messages() -> Vec<HostMessage> {
         HostMessage::ConfigureRate(RateConfiguration { limits: LIMITS, ..RATE }),
         HostMessage::Retarget(TargetRecord { target_deg: 12.5, tolerance_deg: 0.01 }),
         HostMessage::Hold,
+        HostMessage::Latency { ticks: 12 },
         arm,
         HostMessage::Step,
         camera,

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use controller::rate::RateHold;
 use controller::{
-    Limits, PositionLoop, PositioningTuning, RateLoop, RateReport, ResponseMap, Target, TickReport,
+    LATENCY_TICKS_MAX, Limits, PositionLoop, PositioningTuning, RateLoop, RateReport, ResponseMap, Target,
+    TickReport,
 };
 use motor_model::Time;
 
@@ -48,6 +49,12 @@ pub fn tuning(scene: &Scene) -> PositioningTuning {
     PositioningTuning { limits, ..PositioningTuning::new(&assumed(scene)) }
 }
 
+/// Ticks from a decision of the loop of a scene until its command acts.
+pub fn latency_ticks(scene: &Scene) -> usize {
+    // At most `LATENCY_TICKS_MAX`.
+    usize::try_from(scene.integer("board.latency_ticks")).unwrap_or(LATENCY_TICKS_MAX)
+}
+
 /// The positioning loop of a scene.
 ///
 /// # Errors
@@ -56,7 +63,7 @@ pub fn tuning(scene: &Scene) -> PositioningTuning {
 pub fn positioning(scene: &Scene, target: Target, tuning: PositioningTuning) -> Result<ClosedLoop, RunError> {
     let position_loop =
         PositionLoop::new(AnyFilter::of(scene)?, scene.response_map()?, target, tuning, Time::ZERO);
-    Ok(TickDriver::new(scene, position_loop)?)
+    Ok(TickDriver::new(scene, position_loop)?.with_latency(latency_ticks(scene)))
 }
 
 /// The loop of a scene that holds a rate.
@@ -65,7 +72,8 @@ pub fn positioning(scene: &Scene, target: Target, tuning: PositioningTuning) -> 
 /// When the model refuses the plant, the rig its instruments or the plant's step, or the response map is for another
 /// design.
 pub fn rate(scene: &Scene, hold: RateHold) -> Result<ClosedRateLoop, RunError> {
-    Ok(TickDriver::new(scene, RateLoop::new(AnyFilter::of(scene)?, scene.response_map()?, hold))?)
+    let rate_loop = RateLoop::new(AnyFilter::of(scene)?, scene.response_map()?, hold);
+    Ok(TickDriver::new(scene, rate_loop)?.with_latency(latency_ticks(scene)))
 }
 
 impl PositioningMoment {

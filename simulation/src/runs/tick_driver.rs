@@ -11,7 +11,7 @@
 
 use std::ops::ControlFlow;
 
-use controller::{Drive, Sense};
+use controller::{Drive, InFlight, Sense};
 use estimator::{CameraFrame, LdvSample};
 use motor_model::{Angle, DriveCommand, Time};
 
@@ -54,7 +54,11 @@ pub struct TickMeasurements {
 #[derive(Clone, Debug)]
 pub struct RigPorts {
     rig: Rig,
+    /// The command that acts.
     command: DriveCommand,
+    /// Those that do not act yet.
+    in_flight: InFlight<DriveCommand>,
+    latency_ticks: usize,
     /// The command that the amplifier applies whatever the program says.
     by_hand: Option<DriveCommand>,
     measurements: TickMeasurements,
@@ -91,8 +95,13 @@ impl Sense for RigPorts {
 
 impl Drive for RigPorts {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
-        self.command = self.by_hand.unwrap_or(command);
-        self.command
+        let command = self.by_hand.unwrap_or(command);
+        self.command = self.in_flight.exchange(command, self.latency_ticks).unwrap_or(DriveCommand::OFF);
+        command
+    }
+
+    fn latency_ticks(&self) -> usize {
+        self.latency_ticks
     }
 }
 
@@ -138,12 +147,21 @@ impl<P: TickProgram> TickDriver<P> {
             ports: RigPorts {
                 rig,
                 command: DriveCommand::OFF,
+                in_flight: InFlight::new(),
+                latency_ticks: 0,
                 by_hand: None,
                 measurements: TickMeasurements::default(),
                 impacts: Vec::new(),
             },
             program,
         })
+    }
+
+    /// The same with commands that act so many ticks after they are given.
+    #[must_use]
+    pub fn with_latency(mut self, ticks: usize) -> Self {
+        self.ports.latency_ticks = ticks;
+        self
     }
 
     /// The plant.
@@ -186,8 +204,8 @@ impl<P: TickProgram> TickDriver<P> {
         self.ports.command = command;
     }
 
-    /// Drives by hand from the end of the next tick on: the amplifier applies `command` whatever the program says, and
-    /// the program is told so. `None` gives the drive back to the program.
+    /// Drives by hand from the end of the next tick and its latency on: the amplifier applies `command` whatever the
+    /// program says, and the program is told so. `None` gives the drive back to the program.
     pub fn drive_by_hand(&mut self, command: Option<DriveCommand>) {
         self.ports.by_hand = command;
     }

@@ -1,5 +1,6 @@
 //! Every key of a scene, one table for each thing that it describes.
 
+pub mod board;
 #[cfg(feature = "gyroscope")]
 pub mod calibrate;
 pub mod camera;
@@ -32,6 +33,7 @@ pub const TABLE_TITLES: &[(&str, &str)] = &[
     ("estimator", "The filter of angle and rate."),
     ("estimator.assumed.camera", "The camera as the filters assume it."),
     ("estimator.assumed.ldv", "The vibrometer as the filters assume it."),
+    ("board", "The processor of the loop."),
     ("position", "A move to an angle."),
     ("rate", "A rate that is held, or a profile of rates."),
     ("record", "A recording in open loop: which drives, one after the other."),

@@ -99,6 +99,7 @@ const TABLES: &[&[Setting]] = &[
     keys::gyroscope::SETTINGS,
     keys::faults::SETTINGS,
     keys::estimator::SETTINGS,
+    keys::board::SETTINGS,
     keys::position::SETTINGS,
     keys::rate::SETTINGS,
     keys::record::SETTINGS,

@@ -31,6 +31,10 @@ impl DesignedDrive for Watched<'_> {
     fn follow(&mut self, (): ()) {
         assert_eq!(self.0.get(), DriveCommand::OFF, "the modes change while the drive is on");
     }
+
+    fn act_after(&mut self, _: usize) {
+        assert_eq!(self.0.get(), DriveCommand::OFF, "the latency changes while the drive is on");
+    }
 }
 
 fuzz_target!(|bytes: &[u8]| {

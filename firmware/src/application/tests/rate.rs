@@ -44,6 +44,7 @@ fn phase(report: &TickRecord) -> RatePhase {
 pub(super) struct Measured {
     pub(super) frame: Option<CameraFrame>,
     pub(super) sample: Option<LdvSample>,
+    pub(super) latency_ticks: usize,
 }
 
 impl Measured {
@@ -53,6 +54,7 @@ impl Measured {
         Self {
             frame: tick.is_multiple_of(10).then_some(frame),
             sample: Some(LdvSample { taken_at: now, velocity_m_s }),
+            latency_ticks: 0,
         }
     }
 }
@@ -70,6 +72,10 @@ impl Sense for Measured {
 impl Drive for Measured {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
         command
+    }
+
+    fn latency_ticks(&self) -> usize {
+        self.latency_ticks
     }
 }
 

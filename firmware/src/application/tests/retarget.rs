@@ -1,6 +1,6 @@
 //! Another target for the move under way.
 
-use controller::{Limits, Positioning, PositioningPhase, PositioningTuning, Target, tick_by};
+use controller::{InFlight, Limits, Positioning, PositioningPhase, PositioningTuning, Target, tick_by};
 use estimator::{AngleFilter as _, ConstantRate, ConstantRateTuning, Health, Instruments};
 use link::{PhaseRecord, RateConfiguration, RateLimitsRecord, TargetRecord};
 use motor_model::Angle;
@@ -30,6 +30,7 @@ fn dual_a_board_moves_on_as_the_controllers_loop_does() {
     let (map, target) =
         (ResponseMap::table_1(), Target::try_new(MOVE.target_deg, MOVE.tolerance_deg).unwrap());
     let mut own = Positioning::new(map, target, tuning, Time::ZERO);
+    let mut in_flight = InFlight::new();
     let mut modes = Vec::new();
     for tick in 1..=6000_u64 {
         match tick {
@@ -52,7 +53,8 @@ fn dual_a_board_moves_on_as_the_controllers_loop_does() {
             bench.exchange(&HostMessage::Camera(frame.into()));
         }
         let theirs = bench.step().unwrap();
-        let ours = TickRecord::from(&tick_by(map, &mut filter, &mut own, time(tick), &mut measured));
+        let ours =
+            TickRecord::from(&tick_by(map, &mut filter, &mut own, &mut in_flight, time(tick), &mut measured));
         assert_eq!(ours.difference(&theirs), None, "tick {tick}");
         modes.push(bench.driven().mode());
     }

@@ -7,7 +7,7 @@ use crate::report::page::PlacedValue;
 use crate::report::table::Table;
 
 /// The words of each row of the table, and its operation.
-const ROWS: [(&str, &str); 26] = [
+const ROWS: [(&str, &str); 31] = [
     ("core, two states: prediction and measurement", "core_2_predict_and_update"),
     ("the same by the core of any size", "general_core_2_predict_and_update"),
     ("the same by minikalman", "minikalman_2_predict_and_update"),
@@ -29,11 +29,16 @@ const ROWS: [(&str, &str); 26] = [
     ("the same, mode C", "tilting_step_c"),
     ("the same, at rest on the teeth", "tilting_step_at_rest"),
     ("tick of the loop, `constant_rate`", "loop_tick"),
+    ("its latency in ticks at 1530 a tick", "loop_tick_latency_at_1530"),
     ("tick of the loop, `impact_aided`", "loop_tick_impact_aided"),
     ("the same and a located step", "loop_tick_impact_aided_and_step"),
     ("of these the ticks that drive", "loop_tick_impact_aided_and_driven_step"),
+    ("its latency in ticks at 1530 a tick", "loop_tick_impact_aided_latency_at_1530"),
+    ("the same at 4320 a tick", "loop_tick_impact_aided_latency_at_4320"),
     ("tick of the loop, `twin`", "loop_tick_twin"),
     ("the same and a located step", "loop_tick_twin_and_step"),
+    ("its latency in ticks at 4320 a tick", "loop_tick_twin_latency_at_4320"),
+    ("the same at 8000 a tick", "loop_tick_twin_latency_at_8000"),
 ];
 
 /// The values: `report`'s counts, and the cycles that `estimates` has of them.

@@ -27,6 +27,7 @@ enum OwnLoop {
 /// A processor that is the host's own loop once more, from what it is told alone. It spoils a field at a tick.
 struct SecondLoop {
     own: Option<OwnLoop>,
+    latency_ticks: usize,
     ticks: u64,
     spoil_at: u64,
     spoil: Spoil,
@@ -34,25 +35,33 @@ struct SecondLoop {
 
 impl SecondLoop {
     fn new(spoil_at: u64, spoil: Spoil) -> Self {
-        Self { own: None, ticks: 0, spoil_at, spoil }
+        Self { own: None, latency_ticks: 0, ticks: 0, spoil_at, spoil }
     }
 }
 
-struct Ports<'a>(Option<CameraFrame>, std::slice::Iter<'a, LdvSample>);
+struct Ports<'a> {
+    frame: Option<CameraFrame>,
+    samples: std::slice::Iter<'a, LdvSample>,
+    latency_ticks: usize,
+}
 
 impl Sense for Ports<'_> {
     fn camera_frame(&mut self) -> Option<CameraFrame> {
-        self.0.take()
+        self.frame.take()
     }
 
     fn ldv_sample(&mut self) -> Option<LdvSample> {
-        self.1.next().copied()
+        self.samples.next().copied()
     }
 }
 
 impl Drive for Ports<'_> {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
         command
+    }
+
+    fn latency_ticks(&self) -> usize {
+        self.latency_ticks
     }
 }
 
@@ -63,6 +72,7 @@ impl Processor for SecondLoop {
         for message in preparation {
             match message {
                 HostMessage::Instruments(described) => instruments = *described,
+                HostMessage::Latency { ticks } => self.latency_ticks = usize::from(*ticks),
                 HostMessage::MotorParameter(record) => {
                     design = design.with(Parameter::ALL[usize::from(record.index)], record.value)?;
                 }
@@ -108,7 +118,8 @@ impl Processor for SecondLoop {
     fn tick(&mut self, measurements: &TickMeasurements) -> Result<TickRecord, BoardError> {
         self.ticks += 1;
         let now = Time::from_nanos(self.ticks * PositionLoop::TICK_NANOS);
-        let mut ports = Ports(measurements.camera_frame, measurements.ldv_samples.iter());
+        let (frame, samples) = (measurements.camera_frame, measurements.ldv_samples.iter());
+        let mut ports = Ports { frame, samples, latency_ticks: self.latency_ticks };
         let mut report = match self.own.as_mut().expect("armed first") {
             OwnLoop::Move(own) => TickRecord::from(&controller::tick(own, now, &mut ports)),
             OwnLoop::Rate(own) => TickRecord::from(&controller::tick_rate(own, now, &mut ports)),
@@ -131,6 +142,7 @@ fn dual_a_second_loop_computes_the_same_from_what_it_is_told() {
     for sets in [
         &["position.to_deg=-0.5", "position.hold_s=0.01"][..],
         &["position.to_deg=20", "estimator.filter=impact_aided", "position.deadline_s=0.05", "seed=5"][..],
+        &["position.to_deg=5", "board.latency_ticks=12", "position.deadline_s=0.1"][..],
         &[
             "position.to_deg=1",
             "position.tolerance_deg=0.5",
@@ -154,6 +166,7 @@ fn dual_a_second_loop_computes_the_same_from_what_it_is_told() {
 fn dual_a_second_loop_holds_the_same_rate_from_what_it_is_told() {
     for sets in [
         &["rate.deg_s=160", "rate.duration_s=0.5", "plant.step_s=5e-6"][..],
+        &["rate.deg_s=160", "rate.duration_s=0.5", "plant.step_s=5e-6", "board.latency_ticks=16"][..],
         &["rate.deg_s=-40", "rate.duration_s=0.5", "estimator.filter=impact_aided", "plant.step_s=5e-6"][..],
         &["rate.duration_s=0.6", "camera.frame_rate_hz=200", "ldv.installed=no", "faults=drive:dead"][..],
     ] {

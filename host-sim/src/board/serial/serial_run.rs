@@ -122,6 +122,7 @@ fn upload(session: &mut BoardSession, messages: &[HostMessage]) -> Result<(), Se
 fn what(message: &HostMessage) -> &'static str {
     match message {
         HostMessage::Instruments(_) => "the instruments",
+        HostMessage::Latency { .. } => "the latency",
         HostMessage::MotorParameter(_) => "a parameter of the motor",
         HostMessage::MapBegin | HostMessage::MapRows(_) | HostMessage::MapEnd(_) => "the response map",
         HostMessage::ConfigureRate(_) => "the rate",

@@ -1,0 +1,65 @@
+//! Commands that act some ticks after they were decided.
+
+use controller::{LATENCY_TICKS_MAX, Limits, PositionLoop, PositioningTuning, ResponseMap, Target, tick};
+use estimator::{ConstantRate, ConstantRateTuning, Instruments};
+use motor_model::Angle;
+
+use super::rate::Measured;
+use super::*;
+
+/// Every report of 3000 ticks is that of the controller's own loop with this latency, to the last bit, and the first
+/// command acts so many ticks later than without.
+#[test]
+fn dual_a_board_with_a_latency_is_the_controllers_loop_with_it() {
+    let mut first_drive = Vec::new();
+    for ticks in [0, 1, 13, LATENCY_TICKS_MAX] {
+        let mut bench = Bench::new();
+        bench.exchange(&HostMessage::Hello);
+        assert_eq!(bench.exchange(&HostMessage::Latency { ticks: ticks as u8 }), [BoardMessage::Described]);
+        assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), [BoardMessage::Configured]);
+        assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
+        let instruments = Instruments::default();
+        let filter =
+            ConstantRate::<f32>::new(&ConstantRateTuning::for_motor(&MotorParams::nominal(), &instruments));
+        let limits = Limits { deadline_nanos: MOVE.deadline_nanos, ..Limits::default() };
+        let tuning = PositioningTuning { limits, ..PositioningTuning::new(&instruments) };
+        let target = Target::try_new(MOVE.target_deg, MOVE.tolerance_deg).unwrap();
+        let mut own = PositionLoop::new(filter, ResponseMap::table_1(), target, tuning, Time::ZERO);
+        let mut first = None;
+        for n in 1..=3000_u64 {
+            let dither_deg = if n.is_multiple_of(20) { 0.03 } else { 0.0 };
+            let mut measured = Measured::at(time(n - 1), n, Angle::from_degrees(dither_deg));
+            measured.latency_ticks = ticks;
+            bench.exchange(&HostMessage::Ldv(measured.sample.map(Into::into).into_iter().collect()));
+            if let Some(frame) = measured.frame {
+                bench.exchange(&HostMessage::Camera(frame.into()));
+            }
+            let theirs = bench.step().unwrap();
+            let report = tick(&mut own, time(n), &mut measured);
+            assert_eq!(TickRecord::from(&report).difference(&theirs), None, "tick {n}, latency {ticks}");
+            // Estimate and command are of the tick that they are for.
+            assert!(report.estimate.is_none_or(|estimate| estimate.at == time(n)), "{report:?}");
+            first = first.or_else(|| report.applied.mode().map(|_| n));
+        }
+        first_drive.push(first.expect("it drives"));
+    }
+    // The rotor rests: the decision comes as soon as it lies still for long enough, at the time for which it is made.
+    let earliest = first_drive[0];
+    for (&first, ticks) in first_drive.iter().zip([0, 1, 13, LATENCY_TICKS_MAX as u64]) {
+        assert!((earliest..=earliest + ticks).contains(&first), "{first_drive:?}");
+    }
+}
+
+/// A latency above the longest is refused by name, and so is any while armed.
+#[test]
+fn law_a_latency_out_of_bounds_or_while_armed_is_refused() {
+    let mut bench = Bench::new();
+    bench.exchange(&HostMessage::Hello);
+    let key = "board.latency_ticks".try_into().unwrap();
+    let too_long = HostMessage::Latency { ticks: LATENCY_TICKS_MAX as u8 + 1 };
+    assert_eq!(bench.exchange(&too_long), [BoardMessage::Fault(BoardFault::OutOfBounds { key })]);
+    bench.exchange(&HostMessage::Configure(MOVE));
+    bench.exchange(&HostMessage::Arm);
+    let latency = HostMessage::Latency { ticks: 1 };
+    assert_eq!(bench.exchange(&latency), [BoardMessage::Fault(BoardFault::Armed)]);
+}
