@@ -50,6 +50,25 @@ fn dual_a_board_with_a_latency_is_the_controllers_loop_with_it() {
     }
 }
 
+/// A run that begins anew after a stop acts on none of the decisions that were made before it.
+#[test]
+fn law_no_decision_outlives_a_stop() {
+    const LATENCY: u8 = 13;
+    let mut bench = Bench::new();
+    bench.exchange(&HostMessage::Hello);
+    assert_eq!(bench.exchange(&HostMessage::Latency { ticks: LATENCY }), [BoardMessage::Described]);
+    assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), [BoardMessage::Configured]);
+    assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
+    bench.drive();
+    assert_eq!(bench.exchange(&HostMessage::Stop), [BoardMessage::Stopped]);
+    assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
+    for _ in 0..2 * LATENCY {
+        bench.measure();
+        let report = bench.step().unwrap();
+        assert_eq!(report.applied.mode.value(), Some(None), "{report:?}");
+    }
+}
+
 /// A latency above the longest is refused by name, and so is any while armed.
 #[test]
 fn law_a_latency_out_of_bounds_or_while_armed_is_refused() {
