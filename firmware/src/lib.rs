@@ -30,7 +30,8 @@
         clippy::expect_used,
         clippy::panic,
         clippy::indexing_slicing,
-        reason = "a test fails by panicking"
+        clippy::cast_possible_truncation,
+        reason = "a test fails by panicking, and its numbers are small"
     )
 )]
 

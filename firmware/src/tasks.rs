@@ -150,8 +150,8 @@ impl TaskMemory {
         }
     }
 
-    /// The tasks of a board with these pins, and the loop task's end of the line. They drive the modes of Table 1 until
-    /// the host describes others.
+    /// The tasks of a board with these pins and this line. They drive the modes of Table 1 until the host describes
+    /// others.
     ///
     /// # Errors
     /// When the model refuses the nominal motor: never, unless its bounds are changed.
@@ -161,7 +161,7 @@ impl TaskMemory {
         enable: E,
         converter: C,
         line: L,
-    ) -> Result<(TimerTask<'_, P, E, C, L>, LoopTask<'_>, HostPort<'_>), OutOfBounds> {
+    ) -> Result<Tasks<'_, P, E, C, L>, OutOfBounds> {
         let params = MotorParams::nominal();
         let modes = CommandPort::design(&params)?;
         let (tick_producer, tick_consumer) = self.ticks.split();
@@ -194,8 +194,19 @@ impl TaskMemory {
         };
         let application = Application::new(port, &mut self.configured).timed();
         let loop_task = LoopTask { application, ticks: tick_consumer, last_interrupt: 0, just_armed: false };
-        Ok((timer_task, loop_task, HostPort { received: received_consumer, to_send: sent_producer }))
+        let host = HostPort { received: received_consumer, to_send: sent_producer };
+        Ok(Tasks { timer_task, loop_task, host })
     }
+}
+
+/// Both tasks, and the loop task's end of the line.
+pub struct Tasks<'q, P, E, C, L> {
+    /// For the timer's interrupt.
+    pub timer_task: TimerTask<'q, P, E, C, L>,
+    /// For the main loop.
+    pub loop_task: LoopTask<'q>,
+    /// For the main loop.
+    pub host: HostPort<'q>,
 }
 
 /// The loop task's end of the line to the host.

@@ -21,7 +21,7 @@ mod board {
     use firmware::board::hardware::{CLOCK_HZ, Enable, Line, Vibrometer, Width};
     use firmware::board::{Parts, end, stack_word_is_unused, stack_words};
     use firmware::stack_gauge::{StackGauge, WORDS_PER_TICK};
-    use firmware::tasks::{BYTES_PER_TICK_MAX, TaskMemory, TimerTask};
+    use firmware::tasks::{BYTES_PER_TICK_MAX, TaskMemory, Tasks, TimerTask};
     use firmware::telemetry::{self, log};
 
     type BoardTimerTask = TimerTask<'static, Width, Enable, Vibrometer, Line>;
@@ -53,9 +53,8 @@ mod board {
             end(Err(()))
         };
         let Parts { width, enable, line, vibrometer, mut watchdog } = parts;
-        let Ok((timer_task, mut loop_task, mut host)) = memory.tasks(width, enable, vibrometer, line) else {
-            end(Err(()))
-        };
+        let Ok(tasks) = memory.tasks(width, enable, vibrometer, line) else { end(Err(())) };
+        let Tasks { timer_task, mut loop_task, mut host } = tasks;
         let mut stack = StackGauge::new(stack_words());
         free(|token| FIRST_TIMER_TASK.borrow(token).set(Some(timer_task)));
         let logs = telemetry::open();

@@ -82,7 +82,8 @@ impl Bench {
         pins.enabled.set(true);
         let memory = Box::leak(Box::new(TaskMemory::new()));
         let (converter, line) = (RotorAtRest::default(), TestLine::default());
-        let (timer_task, loop_task, host) = memory.tasks(Pin(pins), Pin(pins), converter, line).unwrap();
+        let Tasks { timer_task, loop_task, host } =
+            memory.tasks(Pin(pins), Pin(pins), converter, line).unwrap();
         assert!(!pins.enabled.get(), "off from the start");
         Self { pins, timer_task, loop_task, host, sequence: 0, received: Vec::new() }
     }
@@ -251,7 +252,9 @@ fn exact_the_interrupt_serves_the_line_while_the_loop_task_is_busy() {
     let frame = [7; FRAME_BYTES_MAX];
     (0..3).for_each(|_| bench.host.send(&frame));
     for pair in bytes.chunks(2) {
-        pair.iter().for_each(|&byte| bench.timer_task.line.receive(byte));
+        for &byte in pair {
+            bench.timer_task.line.receive(byte);
+        }
         bench.timer_task.line.room = 2;
         bench.timer_task.interrupt();
     }
