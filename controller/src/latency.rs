@@ -5,10 +5,10 @@
 //! tick k + n:  the amplifier applies it, the filter is told, and the report of the tick has the decision
 //! ```
 //!
-//! The `n` ticks between are the processor's: the work of a tick may take that long, if a tick takes less than its period
-//! on average. To a filter with a model of the stator an impact brings the work of ten ticks, and the ticks after it
-//! bring little. What the loop does is a function of the measurements alone, however long each tick takes: all commands
-//! act after the same time, and the filter is told of each when it acts.
+//! The `n` ticks between are the processor's: the work of a tick may take that long, if a tick takes less than its
+//! period on average. To a filter with a model of the stator an impact brings the work of ten ticks, and the ticks
+//! after it bring little. What the loop does is a function of the measurements alone, however long each tick takes: all
+//! commands act after the same time, and the filter is told of each when it acts.
 
 use heapless::Deque;
 use motor_model::Time;

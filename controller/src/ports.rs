@@ -19,9 +19,9 @@ pub trait Sense {
 
 /// The amplifier of the coil.
 pub trait Drive {
-    /// Applies `command` from [`Self::latency_ticks`] after now on, and returns what is really applied then: the command
-    /// itself, or a weaker one where the amplifier limits it, or [`DriveCommand::OFF`] when the amplifier is absent or
-    /// has failed. The filter predicts by what is returned.
+    /// Applies `command` from [`Self::latency_ticks`] after now on, and returns what is really applied then: the
+    /// command itself, or a weaker one where the amplifier limits it, or [`DriveCommand::OFF`] when the amplifier is
+    /// absent or has failed. The filter predicts by what is returned.
     fn drive(&mut self, command: DriveCommand) -> DriveCommand;
 
     /// Ticks from a command until it acts, the same throughout a run and at most [`crate::LATENCY_TICKS_MAX`]. Within

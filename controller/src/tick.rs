@@ -71,8 +71,8 @@ impl<F, M: Borrow<ResponseMap>> PositionLoop<F, M> {
     }
 }
 
-/// What a tick of the positioning loop did. With a latency the decision is the one whose command acts from this tick on,
-/// and its estimate, which is for this tick too, is from measurements that are older by the latency.
+/// What a tick of the positioning loop did. With a latency the decision is the one whose command acts from this tick
+/// on, and its estimate, which is for this tick too, is from measurements that are older by the latency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TickReport {
     /// The estimate the decision was based on; `None` before the first camera frame.
@@ -115,8 +115,8 @@ pub fn tick<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
     tick_by((*map).borrow(), filter, positioning, in_flight, now, ports)
 }
 
-/// The same with `map`, `filter`, `positioning` and what is `in_flight` in places of their own, for a program that keeps
-/// one map, which outlives its moves.
+/// The same with `map`, `filter`, `positioning` and what is `in_flight` in places of their own, for a program that
+/// keeps one map, which outlives its moves.
 pub fn tick_by<F: AngleFilter<f32>, P: Sense + Drive>(
     map: &ResponseMap,
     filter: &mut F,

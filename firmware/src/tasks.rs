@@ -18,16 +18,16 @@
 //! # Latency
 //!
 //! The host tells how many ticks a command acts after the tick that decided it ([`controller::InFlight`]). Without a
-//! latency it acts at the next interrupt, which is a tick after the loop has told its filter. With a latency of `n` ticks
-//! the timer task applies the command of tick `k` in interrupt `k + n`, to which the loop has told it: the deadline of
-//! tick `k` is that interrupt, and the loop task may be up to `n` ticks behind. A stop and a fault switch the drive off at
-//! the next interrupt, and take back the commands that do not act yet.
+//! latency it acts at the next interrupt, which is a tick after the loop has told its filter. With a latency of `n`
+//! ticks the timer task applies the command of tick `k` in interrupt `k + n`, to which the loop has told it: the
+//! deadline of tick `k` is that interrupt, and the loop task may be up to `n` ticks behind. A stop and a fault switch
+//! the drive off at the next interrupt, and take back the commands that do not act yet.
 //!
 //! # Priorities
 //!
 //! Two priorities need no framework: the interrupt never waits, and the tasks share only lock-free queues and a count.
-//! The interrupt empties the line, which holds few bytes: the loop task may be busy for the time of many. When the queue
-//! of ticks is full, the new tick is lost, and counted as an overrun. When the loop task stops, the watchdog
+//! The interrupt empties the line, which holds few bytes: the loop task may be busy for the time of many. When the
+//! queue of ticks is full, the new tick is lost, and counted as an overrun. When the loop task stops, the watchdog
 //! is not fed, and it restarts the board with the drive off.
 //!
 //! Three counters count ticks of 10 us:
@@ -67,8 +67,8 @@ const TICKS_PER_REPORT: u64 = 100;
 /// Bytes that are received and sent in a tick at most, a megabyte a second, so that a flood cannot stop the loop.
 pub const BYTES_PER_TICK_MAX: usize = 10;
 
-/// Received bytes that wait for the loop task: those of the longest latency, and one place that stays empty. A byte more
-/// is lost, and its frame is found damaged.
+/// Received bytes that wait for the loop task: those of the longest latency, and one place that stays empty. A byte
+/// more is lost, and its frame is found damaged.
 const RECEIVED_BYTES: usize = LATENCY_TICKS_MAX * BYTES_PER_TICK_MAX + 1;
 
 /// Bytes that wait for the line: two frames of any length, and one place that stays empty. A frame that does not fit is

@@ -32,8 +32,8 @@ impl Backlog {
     }
 }
 
-/// Counts the tick alone, the tick with a step of a twin under the same drive, the latter while the drive is on, and the
-/// latency where the loop has so many instructions in a tick, for either of `speeds`.
+/// Counts the tick alone, the tick with a step of a twin under the same drive, the latter while the drive is on, and
+/// the latency where the loop has so many instructions in a tick, for either of `speeds`.
 #[inline(never)]
 fn count_kind(
     counter: &InstructionCounter<'_, impl InstructionTimer>,
@@ -93,8 +93,8 @@ macro_rules! names {
     };
 }
 
-/// The filters, the names of their counts, and instructions of a tick: 1,530 and 4,320 are those of 170 and of 480 MHz at
-/// one a cycle, without a tenth for the timer's interrupt and the link.
+/// The filters, the names of their counts, and instructions of a tick: 1,530 and 4,320 are those of 170 and of 480 MHz
+/// at one a cycle, without a tenth for the timer's interrupt and the link.
 const KINDS: [(FilterKind, [&str; 5], [u32; 2]); 3] = [
     (FilterKind::ConstantRate, names!("loop_tick", "1530", "4320"), [1530, 4320]),
     (FilterKind::ImpactAided, names!("loop_tick_impact_aided", "1530", "4320"), [1530, 4320]),

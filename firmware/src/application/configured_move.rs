@@ -179,8 +179,8 @@ impl Move {
     }
 }
 
-/// Memory of the configured move or rate, of its decisions that do not act yet, and of the host's response map. A filter
-/// is too large for the stack, so on a board this is a static.
+/// Memory of the configured move or rate, of its decisions that do not act yet, and of the host's response map. A
+/// filter is too large for the stack, so on a board this is a static.
 #[derive(Debug, Default)]
 pub struct MoveMemory {
     pub(super) configured: Option<Configured>,
