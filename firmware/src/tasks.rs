@@ -67,8 +67,8 @@ const TICKS_PER_REPORT: u64 = 100;
 /// Bytes that are received and sent in a tick at most, a megabyte a second, so that a flood cannot stop the loop.
 pub const BYTES_PER_TICK_MAX: usize = 10;
 
-/// Received bytes that wait for the loop task: those of the longest latency, and one place that stays empty. A byte
-/// more is lost, and its frame is found damaged.
+/// Received bytes that wait for the loop task: those of the longest latency, and one place that stays empty. More stay
+/// in the line, which loses what it cannot hold.
 const RECEIVED_BYTES: usize = LATENCY_TICKS_MAX * BYTES_PER_TICK_MAX + 1;
 
 /// Bytes that wait for the line: two frames of any length, and one place that stays empty. A frame that does not fit is
@@ -273,8 +273,8 @@ impl<P: SetDutyCycle, E: OutputPin, C: Converter, L: SerialLine> TimerTask<'_, P
     #[inline]
     fn serve_line(&mut self) {
         for _ in 0..BYTES_PER_TICK_MAX {
-            let Some(byte) = self.line.read() else { break };
-            // A full queue loses the byte: the frame's CRC tells.
+            // A full queue leaves the byte in the line.
+            let Some(byte) = self.received.ready().then(|| self.line.read()).flatten() else { break };
             let _ = self.received.enqueue(byte);
         }
         for _ in 0..BYTES_PER_TICK_MAX {

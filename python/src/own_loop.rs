@@ -13,9 +13,10 @@ use motor_model::{DriveCommand, Time, math};
 use numpy::{IntoPyArray as _, PyArray2, PyArrayMethods as _};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use simulation::runs::closed_loop::latency_ticks;
 use simulation::runs::filter::AnyFilter;
 use simulation::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
-use simulation::scene::Scene;
+use simulation::scene::{Scene, SceneError};
 
 use crate::drives::command;
 use crate::errors::Error;
@@ -195,6 +196,13 @@ impl PyLoop {
     #[pyo3(signature = (scene=None))]
     fn new(scene: Option<&PyScene>) -> Result<Self, Error> {
         let scene = scene.map_or_else(|| Ok(Scene::default()), |scene| scene.of("position"))?;
+        if latency_ticks(&scene) > 0 {
+            return Err(SceneError::Conflict {
+                conflict: "board.latency_ticks: the drive of a loop of one's own acts at once".to_owned(),
+                hint: "give the drive later".to_owned(),
+            }
+            .into());
+        }
         let filter = AnyFilter::of(&scene)?;
         Ok(Self { driver: TickDriver::new(&scene, Estimating(filter))?, at: Time::ZERO })
     }

@@ -53,6 +53,8 @@ def test_exact_a_controller_of_one_s_own_is_called() -> None:
         mm.Loop().run(wrong, 1.0)
     with pytest.raises(mm.SceneError, match="drive = 1.5 is outside its bounds -1 to 1"):
         mm.Loop().step(1.5)
+    with pytest.raises(mm.SceneError, match="acts at once"):
+        mm.Loop(mm.Scene({"board.latency_ticks": 1}))
 
 
 def test_dual_a_motor_is_the_plant_of_the_loop() -> None:

@@ -4,12 +4,14 @@
 //! every tick:  the samples that arrived, the frame that arrived;  the estimate at its end;  the drive from then on
 //! ```
 //!
-//! This is the order of [`controller::tick`]. The recorded filter at its recorded tuning computes the recorded bits.
+//! This is the order of [`controller::tick`], with its latency. The recorded filter at its recorded tuning computes the
+//! recorded bits.
 
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use estimator::{AngleFilter as _, CameraFrame, Estimate, Innovation, LdvSample};
+use controller::InFlight;
+use estimator::{AngleFilter as _, CameraFrame, Estimate, Health, Innovation, LdvSample};
 use motor_model::{Angle, DriveCommand, Time};
 
 use super::channels;
@@ -17,6 +19,7 @@ use super::error::LogError;
 use super::reader::{self, LogHead, LogMessage, LogPart, LogReader};
 use super::replay_sums::{ReplaySums, Replayed};
 use simulation::runs::RunError;
+use simulation::runs::closed_loop::latency_ticks;
 use simulation::runs::filter::{self, AnyFilter};
 use simulation::runs::record::{Observer, RunRecord, Task, Truth, verdict_word};
 use simulation::scene::Scene;
@@ -38,6 +41,9 @@ struct TickContent {
 /// A filter that takes in a log.
 struct Replay<'a, O> {
     filter: AnyFilter,
+    latency_ticks: usize,
+    /// Estimates for ticks to come, and their health.
+    in_flight: InFlight<(Option<Estimate<f32>>, Health)>,
     tick_nanos: u64,
     every: u64,
     /// The tick under way, by its end.
@@ -67,6 +73,8 @@ pub fn replay<O: Observer>(
     let LogHead { tick_nanos, every, .. } = head;
     let mut replay = Replay {
         filter,
+        latency_ticks: latency_ticks(scene),
+        in_flight: InFlight::new(),
         tick_nanos,
         every,
         now: Time::from_nanos(tick_nanos),
@@ -155,7 +163,7 @@ impl<O: Observer> Replay<'_, O> {
 
     /// Gives the filter what the tick holds, and compares.
     fn end_tick(&mut self) -> Result<(), LogError> {
-        let Self { filter, content, now, drive, sums, .. } = self;
+        let Self { filter, latency_ticks, in_flight, content, now, drive, sums, .. } = self;
         for sample in &content.ldv_samples {
             filter.update_ldv(sample);
         }
@@ -170,7 +178,10 @@ impl<O: Observer> Replay<'_, O> {
             });
             sums.innovation(*now, innovation, recorded, same);
         }
-        let (estimate, health) = filter.assess(*now);
+        let instant = now.plus_nanos(self.tick_nanos * *latency_ticks as u64);
+        let assessed = filter.assess_for(*now, instant);
+        let (estimate, health) =
+            in_flight.exchange(assessed, *latency_ticks).unwrap_or((None, Health::Waiting));
         let wanted =
             content.truth.is_some() || content.estimate.is_some() || self.ticks.is_multiple_of(self.every);
         if wanted {

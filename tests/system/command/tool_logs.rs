@@ -161,14 +161,15 @@ fn tool_logs_are_refused_before_the_run() {
 }
 
 /// A log replayed with nothing changed computes every recorded estimate and innovation to the last bit, for a move with
-/// faults of both instruments and for a rate of a rotor that tilts; its errors are those recorded. A replay's own log
-/// replays the same.
+/// faults of both instruments and for a rate of a rotor that tilts under commands that act later; its errors are those
+/// recorded. A replay's own log replays the same.
 #[test]
 fn tool_a_replay_computes_the_recorded_bits() {
     let folder = folder();
     let faults = ["--fault", "camera:lost@0.03..0.05", "--fault", "ldv:inverted@0.06..", "--log", "a.mcap"];
     let of_move = [&["position", "--to", "10", "--format", "json"][..], &faults].concat();
-    let of_rate = ["rate", "--duration", "1", "--set", "plant.rotor=tilting", "--log", "b.mcap"];
+    let later = ["--set", "board.latency_ticks=7", "--log", "b.mcap"];
+    let of_rate = [&["rate", "--duration", "1", "--set", "plant.rotor=tilting"][..], &later].concat();
     let moved = json(folder.path(), &of_move);
     succeeds(folder.path(), &of_rate);
     for log in ["a.mcap", "b.mcap"] {

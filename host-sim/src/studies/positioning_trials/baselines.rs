@@ -194,7 +194,7 @@ impl BaselineProgram {
     }
 }
 
-/// A baseline with its filter.
+/// A baseline with its filter. Its commands act at once, whatever the latency of the scene.
 struct BaselineLoop {
     filter: AnyFilter,
     program: BaselineProgram,
