@@ -111,3 +111,16 @@ pub(super) fn count(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At 100 instructions a tick: 250 take two ticks and a half, and what is left of them makes the next ticks late.
+    #[test]
+    fn exact_work_waits_for_the_work_before_it() {
+        let mut backlog = Backlog { per_tick: 100, instructions: 0 };
+        let latencies = [50, 250, 0, 0, 100, 101, 99, 0].map(|work| backlog.latency_ticks(work));
+        assert_eq!(latencies, [1, 3, 2, 1, 1, 2, 1, 1]);
+    }
+}
