@@ -1,9 +1,9 @@
 //! The two tasks of a board, and the queues between them.
 //!
 //! ```text
-//!  timer, every 10 us --> TimerTask: a sample of the vibrometer, next sample of the drive, bytes of the line
+//!  timer, every 10 us --> TimerTask: a sample of the vibrometer, next sample of the drive
 //!                          |  ^
-//!             Tick, bytes  |  | commands, ModeIncrements, bytes   each a queue of one producer and one consumer
+//!                    Tick  |  | commands, ModeIncrements   each a queue of one producer and one consumer
 //!                          v  |
 //!  main loop ----------> LoopTask: frames of the host, estimate, decide, command, frames to the host
 //! ```
@@ -26,9 +26,9 @@
 //! # Priorities
 //!
 //! Two priorities need no framework: the interrupt never waits, and the tasks share only lock-free queues and a count.
-//! The interrupt empties the line, which holds few bytes: the loop task may be busy for the time of many. When the
-//! queue of ticks is full, the new tick is lost, and counted as an overrun. When the loop task stops, the watchdog
-//! is not fed, and it restarts the board with the drive off.
+//! When the queue of ticks is full, the new tick is lost, and counted as an overrun. When the loop task stops, the
+//! watchdog is not fed, and it restarts the board with the drive off. The main loop serves the line: what a latency
+//! lets it be busy for at once has to be less than the line holds, eight bytes in four ticks on an STM32G474.
 //!
 //! Three counters count ticks of 10 us:
 //!
@@ -48,7 +48,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use estimator::LdvSample;
 use heapless::spsc::{Consumer, Producer, Queue};
-use link::{BoardMessage, FRAME_BYTES_MAX, TickRecord};
+use link::{BoardMessage, TickRecord};
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Time};
 
 use crate::amplifier::Amplifier;
@@ -64,25 +64,8 @@ pub const TICKS_PER_S: f64 = 1e9 / PositionLoop::TICK_NANOS as f64;
 /// Ticks from one report to the host to the next: a thousand reports a second.
 const TICKS_PER_REPORT: u64 = 100;
 
-/// Bytes that are received and sent in a tick at most, a megabyte a second, so that a flood cannot stop the loop.
+/// Bytes that are received between two ticks at most, a megabyte a second, so that a flood cannot stop the loop.
 pub const BYTES_PER_TICK_MAX: usize = 10;
-
-/// Received bytes that wait for the loop task: those of the longest latency, and one place that stays empty. More stay
-/// in the line, which loses what it cannot hold.
-const RECEIVED_BYTES: usize = LATENCY_TICKS_MAX * BYTES_PER_TICK_MAX + 1;
-
-/// Bytes that wait for the line: two frames of any length, and one place that stays empty. A frame that does not fit is
-/// lost; the host finds the gap in the sequence.
-const SENT_BYTES: usize = 2 * FRAME_BYTES_MAX + 1;
-
-/// The serial line to the host. Neither call waits.
-pub trait SerialLine {
-    /// A byte, if one was received.
-    fn read(&mut self) -> Option<u8>;
-
-    /// Sends a byte; whether there was room for it.
-    fn write(&mut self, byte: u8) -> bool;
-}
 
 /// The analogue-to-digital converter of the vibrometer.
 pub trait Converter {
@@ -131,8 +114,6 @@ pub struct TaskMemory {
     designs: Queue<ModeIncrements, 2>,
     /// How often the drive was switched off at once.
     switched_off: AtomicU32,
-    received: Queue<u8, RECEIVED_BYTES>,
-    to_send: Queue<u8, SENT_BYTES>,
     configured: MoveMemory,
 }
 
@@ -144,31 +125,25 @@ impl TaskMemory {
             commands: Queue::new(),
             designs: Queue::new(),
             switched_off: AtomicU32::new(0),
-            received: Queue::new(),
-            to_send: Queue::new(),
             configured: MoveMemory::new(),
         }
     }
 
-    /// The tasks of a board with these pins and this line. They drive the modes of Table 1 until the host describes
-    /// others.
+    /// The tasks of a board with these pins. They drive the modes of Table 1 until the host describes others.
     ///
     /// # Errors
     /// When the model refuses the nominal motor: never, unless its bounds are changed.
-    pub fn tasks<P: SetDutyCycle, E: OutputPin, C: Converter, L: SerialLine>(
+    pub fn tasks<P: SetDutyCycle, E: OutputPin, C: Converter>(
         &mut self,
         width: P,
         enable: E,
         converter: C,
-        line: L,
-    ) -> Result<Tasks<'_, P, E, C, L>, OutOfBounds> {
+    ) -> Result<(TimerTask<'_, P, E, C>, LoopTask<'_>), OutOfBounds> {
         let params = MotorParams::nominal();
         let modes = CommandPort::design(&params)?;
         let (tick_producer, tick_consumer) = self.ticks.split();
         let (command_producer, command_consumer) = self.commands.split();
         let (design_producer, design_consumer) = self.designs.split();
-        let (received_producer, received_consumer) = self.received.split();
-        let (sent_producer, sent_consumer) = self.to_send.split();
         let timer_task = TimerTask {
             amplifier: Amplifier::new(Waveform::new(modes), width, enable),
             converter,
@@ -178,9 +153,6 @@ impl TaskMemory {
             designs: design_consumer,
             switched_off: &self.switched_off,
             switched_off_seen: 0,
-            line,
-            received: received_producer,
-            to_send: sent_consumer,
         };
         let port = CommandPort {
             commands: command_producer,
@@ -194,50 +166,12 @@ impl TaskMemory {
         };
         let application = Application::new(port, &mut self.configured).timed();
         let loop_task = LoopTask { application, ticks: tick_consumer, last_interrupt: 0, just_armed: false };
-        let host = HostPort { received: received_consumer, to_send: sent_producer };
-        Ok(Tasks { timer_task, loop_task, host })
-    }
-}
-
-/// Both tasks, and the loop task's end of the line.
-pub struct Tasks<'q, P, E, C, L> {
-    /// For the timer's interrupt.
-    pub timer_task: TimerTask<'q, P, E, C, L>,
-    /// For the main loop.
-    pub loop_task: LoopTask<'q>,
-    /// For the main loop.
-    pub host: HostPort<'q>,
-}
-
-/// The loop task's end of the line to the host.
-pub struct HostPort<'q> {
-    received: Consumer<'q, u8>,
-    to_send: Producer<'q, u8>,
-}
-
-impl HostPort<'_> {
-    /// The oldest byte that was received and not yet read.
-    pub fn read(&mut self) -> Option<u8> {
-        self.received.dequeue()
-    }
-
-    /// Sends a whole frame, or nothing of it.
-    pub fn send(&mut self, frame: &[u8]) {
-        if self.to_send.capacity() - self.to_send.len() >= frame.len() {
-            for &byte in frame {
-                let _ = self.to_send.enqueue(byte);
-            }
-        }
-    }
-
-    /// Whether no byte waits to be read.
-    pub fn is_quiet(&self) -> bool {
-        !self.received.ready()
+        Ok((timer_task, loop_task))
     }
 }
 
 /// The work of the timer's interrupt.
-pub struct TimerTask<'q, P, E, C, L> {
+pub struct TimerTask<'q, P, E, C> {
     amplifier: Amplifier<P, E>,
     converter: C,
     /// Interrupts so far.
@@ -247,12 +181,9 @@ pub struct TimerTask<'q, P, E, C, L> {
     designs: Consumer<'q, ModeIncrements>,
     switched_off: &'q AtomicU32,
     switched_off_seen: u32,
-    line: L,
-    received: Producer<'q, u8>,
-    to_send: Consumer<'q, u8>,
 }
 
-impl<P: SetDutyCycle, E: OutputPin, C: Converter, L: SerialLine> TimerTask<'_, P, E, C, L> {
+impl<P: SetDutyCycle, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
     /// What has to happen every 10 us, on time. The sample comes first: its instant is that of the interrupt.
     #[inline]
     pub fn interrupt(&mut self) {
@@ -266,24 +197,6 @@ impl<P: SetDutyCycle, E: OutputPin, C: Converter, L: SerialLine> TimerTask<'_, P
         let tick = Tick { interrupt: self.interrupts, velocity_m_s, amplifier_works: self.amplifier.works() };
         // A full queue loses the tick: the loop task will find a gap in the numbers.
         let _ = self.ticks.enqueue(tick);
-        self.serve_line();
-    }
-
-    /// Takes what the line has received, and gives it what it has room for.
-    #[inline]
-    fn serve_line(&mut self) {
-        for _ in 0..BYTES_PER_TICK_MAX {
-            // A full queue leaves the byte in the line.
-            let Some(byte) = self.received.ready().then(|| self.line.read()).flatten() else { break };
-            let _ = self.received.enqueue(byte);
-        }
-        for _ in 0..BYTES_PER_TICK_MAX {
-            let Some(&byte) = self.to_send.peek() else { break };
-            if !self.line.write(byte) {
-                break;
-            }
-            self.to_send.dequeue();
-        }
     }
 
     /// Applies the commands that act from now on, and drops those that never will.

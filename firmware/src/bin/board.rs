@@ -18,19 +18,25 @@ mod board {
     use cortex_m::peripheral::syst::SystClkSource;
     use cortex_m::{Peripherals, singleton};
     use cortex_m_rt::{entry, exception};
-    use firmware::board::hardware::{CLOCK_HZ, Enable, Line, Vibrometer, Width};
+    use firmware::board::hardware::{CLOCK_HZ, Enable, Vibrometer, Width};
     use firmware::board::{Parts, end, stack_word_is_unused, stack_words};
     use firmware::stack_gauge::{StackGauge, WORDS_PER_TICK};
-    use firmware::tasks::{BYTES_PER_TICK_MAX, TaskMemory, Tasks, TimerTask};
+    use firmware::tasks::{BYTES_PER_TICK_MAX, TaskMemory, TimerTask};
     use firmware::telemetry::{self, log};
+    use heapless::Deque;
+    use link::FRAME_BYTES_MAX;
 
-    type BoardTimerTask = TimerTask<'static, Width, Enable, Vibrometer, Line>;
+    type BoardTimerTask = TimerTask<'static, Width, Enable, Vibrometer>;
 
     /// Keeps the timer task until the first interrupt takes it.
     static FIRST_TIMER_TASK: Mutex<Cell<Option<BoardTimerTask>>> = Mutex::new(Cell::new(None));
 
     /// Clocks of the timer in a tick of 10 us.
     const CLOCKS_PER_TICK: u32 = CLOCK_HZ / 100_000;
+
+    /// Bytes that wait for the line: two frames of any length. A frame that does not fit is lost; the host finds the
+    /// gap in the sequence.
+    const OUTGOING_BYTES: usize = 2 * FRAME_BYTES_MAX;
 
     fn start(mut timer: SYST) {
         timer.set_clock_source(SystClkSource::Core);
@@ -45,6 +51,15 @@ mod board {
         (before + CLOCKS_PER_TICK).wrapping_sub(SYST::get_current()) % CLOCKS_PER_TICK
     }
 
+    /// Puts a whole frame in the queue, or nothing of it.
+    fn enqueue(outgoing: &mut Deque<u8, OUTGOING_BYTES>, frame: &[u8]) {
+        if outgoing.capacity() - outgoing.len() >= frame.len() {
+            for &byte in frame {
+                let _ = outgoing.push_back(byte);
+            }
+        }
+    }
+
     #[entry]
     fn main() -> ! {
         let started = Peripherals::take().zip(Parts::take());
@@ -52,24 +67,24 @@ mod board {
         else {
             end(Err(()))
         };
-        let Parts { width, enable, line, vibrometer, mut watchdog } = parts;
-        let Ok(tasks) = memory.tasks(width, enable, vibrometer, line) else { end(Err(())) };
-        let Tasks { timer_task, mut loop_task, mut host } = tasks;
+        let Parts { width, enable, mut line, vibrometer, mut watchdog } = parts;
+        let Ok((timer_task, mut loop_task)) = memory.tasks(width, enable, vibrometer) else { end(Err(())) };
         let mut stack = StackGauge::new(stack_words());
         free(|token| FIRST_TIMER_TASK.borrow(token).set(Some(timer_task)));
+        let mut outgoing = Deque::<u8, OUTGOING_BYTES>::new();
         let logs = telemetry::open();
         watchdog.start();
         start(core.SYST);
         loop {
             let mut bytes = heapless::Vec::<u8, BYTES_PER_TICK_MAX>::new();
             while !bytes.is_full() {
-                let Some(byte) = host.read() else { break };
+                let Some(byte) = line.read() else { break };
                 // Never full here.
                 let _ = bytes.push(byte);
             }
-            loop_task.receive(&bytes, &mut |frame| host.send(frame));
+            loop_task.receive(&bytes, &mut |frame| enqueue(&mut outgoing, frame));
             let before = SYST::get_current();
-            let ran = loop_task.run_tick(&mut |frame| host.send(frame));
+            let ran = loop_task.run_tick(&mut |frame| enqueue(&mut outgoing, frame));
             if ran {
                 watchdog.feed();
                 stack.look(WORDS_PER_TICK, stack_word_is_unused);
@@ -79,7 +94,13 @@ mod board {
                     log(tick, &entry);
                 }
             }
-            if !ran && host.is_quiet() {
+            while let Some(&byte) = outgoing.front() {
+                if !line.write(byte) {
+                    break;
+                }
+                outgoing.pop_front();
+            }
+            if !ran && outgoing.is_empty() {
                 // An interrupt between the look and the wait is held back and ends the wait.
                 free(|_| {
                     if !loop_task.is_due() {

@@ -22,7 +22,6 @@ mod board {
     use firmware::design::DesignedDrive;
     use firmware::semihosting::{HostFile, has_argument};
     use firmware::stack_gauge::StackGauge;
-    use firmware::tasks::SerialLine as _;
     use firmware::telemetry::{self, log};
     use motor_model::{DriveCommand, MotorParams, OutOfBounds};
 

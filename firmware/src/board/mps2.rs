@@ -9,7 +9,7 @@ use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 
 use super::Parts;
-use crate::tasks::{NoConverter, SerialLine};
+use crate::tasks::NoConverter;
 
 /// Lamp 0 stands for the bridge's enabling pin.
 const LAMPS: *mut u32 = 0x4002_8000 as *mut u32;
@@ -111,16 +111,16 @@ impl Line {
         write(UART, Self::CONTROL, 0b11);
         Self
     }
-}
 
-impl SerialLine for Line {
-    fn read(&mut self) -> Option<u8> {
+    /// A byte, if one was received.
+    pub fn read(&mut self) -> Option<u8> {
         let waits = read(UART, Self::STATE) & 0b10 != 0;
         #[expect(clippy::cast_possible_truncation, reason = "the register has eight bits")]
         waits.then(|| read(UART, Self::DATA) as u8)
     }
 
-    fn write(&mut self, byte: u8) -> bool {
+    /// Writes a byte without waiting; whether there was room for it.
+    pub fn write(&mut self, byte: u8) -> bool {
         let free = read(UART, Self::STATE) & 0b01 == 0;
         if free {
             write(UART, Self::DATA, byte.into());

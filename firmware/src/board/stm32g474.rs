@@ -21,7 +21,7 @@ use stm32g4::stm32g474 as pac;
 use link::LINE_BAUD;
 
 use super::Parts;
-use crate::tasks::{Converter, SerialLine};
+use crate::tasks::Converter;
 use wait::wait_until;
 
 /// Frequency of the processor and of everything on its bus.
@@ -144,10 +144,9 @@ impl Line {
         uart.cr1().write(|w| w.fifoen().set_bit().te().set_bit().re().set_bit().ue().set_bit());
         Self(uart)
     }
-}
 
-impl SerialLine for Line {
-    fn read(&mut self) -> Option<u8> {
+    /// A byte, if one was received.
+    pub fn read(&mut self) -> Option<u8> {
         let status = self.0.isr().read();
         if status.ore().bit_is_set() {
             self.0.icr().write(|w| w.orecf().clear_bit_by_one());
@@ -156,7 +155,8 @@ impl SerialLine for Line {
         status.rxne().bit_is_set().then(|| self.0.rdr().read().rdr().bits() as u8)
     }
 
-    fn write(&mut self, byte: u8) -> bool {
+    /// Writes a byte without waiting; whether there was room for it.
+    pub fn write(&mut self, byte: u8) -> bool {
         let free = self.0.isr().read().txe().bit_is_set();
         if free {
             self.0.tdr().write(|w| w.tdr().set(byte.into()));

@@ -1,7 +1,6 @@
 extern crate std;
 
 use std::boxed::Box;
-use std::collections::VecDeque;
 use std::vec::Vec;
 
 use controller::ResponseMap;
@@ -27,49 +26,11 @@ impl Converter for RotorAtRest {
     }
 }
 
-/// A line that holds few bytes each way, and counts those that it loses.
-#[derive(Default)]
-struct TestLine {
-    incoming: VecDeque<u8>,
-    outgoing: Vec<u8>,
-    room: usize,
-    lost: usize,
-}
-
-impl TestLine {
-    /// Bytes of the receiver's memory.
-    const HOLDS: usize = 8;
-
-    fn receive(&mut self, byte: u8) {
-        if self.incoming.len() < Self::HOLDS {
-            self.incoming.push_back(byte);
-        } else {
-            self.lost += 1;
-        }
-    }
-}
-
-impl SerialLine for TestLine {
-    fn read(&mut self) -> Option<u8> {
-        self.incoming.pop_front()
-    }
-
-    fn write(&mut self, byte: u8) -> bool {
-        let free = self.room > 0;
-        if free {
-            self.room -= 1;
-            self.outgoing.push(byte);
-        }
-        free
-    }
-}
-
 /// Both tasks, and the host.
 struct Bench {
     pins: &'static Pins,
-    timer_task: TimerTask<'static, Pin<'static>, Pin<'static>, RotorAtRest, TestLine>,
+    timer_task: TimerTask<'static, Pin<'static>, Pin<'static>, RotorAtRest>,
     loop_task: LoopTask<'static>,
-    host: HostPort<'static>,
     sequence: u32,
     /// What the board has sent with its ticks.
     received: Vec<BoardMessage>,
@@ -81,11 +42,9 @@ impl Bench {
         let pins: &Pins = Box::leak(Box::default());
         pins.enabled.set(true);
         let memory = Box::leak(Box::new(TaskMemory::new()));
-        let (converter, line) = (RotorAtRest::default(), TestLine::default());
-        let Tasks { timer_task, loop_task, host } =
-            memory.tasks(Pin(pins), Pin(pins), converter, line).unwrap();
+        let (timer_task, loop_task) = memory.tasks(Pin(pins), Pin(pins), RotorAtRest::default()).unwrap();
         assert!(!pins.enabled.get(), "off from the start");
-        Self { pins, timer_task, loop_task, host, sequence: 0, received: Vec::new() }
+        Self { pins, timer_task, loop_task, sequence: 0, received: Vec::new() }
     }
 
     /// Arms the loop, and measures a rotor at rest until the bridge is on.
@@ -240,32 +199,6 @@ fn law_late_and_lost_ticks_are_overruns() {
     assert_eq!(bench.received, [BoardMessage::Fault(BoardFault::Overrun)]);
     bench.timer_task.interrupt();
     assert!(!bench.is_on());
-}
-
-/// Two bytes arrive in each tick, as the line has them, and the loop task is busy for the longest latency: the line
-/// loses none, and they are read in their order. A frame that is sent goes out as the line has room, and one for which
-/// there is no room does so not at all.
-#[test]
-fn exact_the_interrupt_serves_the_line_while_the_loop_task_is_busy() {
-    let mut bench = Bench::new();
-    let bytes: Vec<u8> = (0..2 * LATENCY_TICKS_MAX as u8).collect();
-    let frame = [7; FRAME_BYTES_MAX];
-    (0..3).for_each(|_| bench.host.send(&frame));
-    for pair in bytes.chunks(2) {
-        for &byte in pair {
-            bench.timer_task.line.receive(byte);
-        }
-        bench.timer_task.line.room = 2;
-        bench.timer_task.interrupt();
-    }
-    assert_eq!(bench.timer_task.line.lost, 0);
-    assert!(!bench.host.is_quiet());
-    let read: Vec<u8> = std::iter::from_fn(|| bench.host.read()).collect();
-    assert!(read == bytes && bench.host.is_quiet(), "{read:?}");
-    assert_eq!(bench.timer_task.line.outgoing.len(), bytes.len());
-    bench.timer_task.line.room = usize::MAX;
-    (0..300).for_each(|_| bench.timer_task.interrupt());
-    assert_eq!(bench.timer_task.line.outgoing, [frame, frame].concat());
 }
 
 /// With a latency the bridge follows the commands by the timer alone: the loop task that hangs, for one tick less than
