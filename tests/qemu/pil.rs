@@ -104,7 +104,8 @@ fn tool_pil_other_instruments_and_another_motor() {
     assert!(run["outcome"]["ok"] == true, "{run}");
 }
 
-/// Short scenes with instruments that drop, repeat, delay and spoil what they measure.
+/// Short scenes with instruments that drop, repeat, delay and spoil what they measure, and commands that act at once or
+/// later.
 #[test]
 fn tool_pil_random_scenes() {
     // Each number differs from scene to scene, in steps without a common period.
@@ -125,6 +126,7 @@ fn tool_pil_random_scenes() {
             format!("ldv.lost_until_s={}", 0.1 * spread(3, 59)),
             "position.deadline_s=0.1".to_owned(),
             "position.hold_s=0.1".to_owned(),
+            format!("board.latency_ticks={}", n * 3 % 17),
         ];
         let mut arguments = vec!["--board", ["m4", "m7"][(n / 2 % 2) as usize]];
         for set in &sets {
