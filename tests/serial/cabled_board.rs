@@ -1,7 +1,7 @@
 //! The emulated board behind a pseudo-terminal that carries bytes no faster than its baud rate, and whose cable can be
 //! pulled, put back, and disturbed.
 
-use std::fs::File;
+use std::fs::{DirEntry, File, read_dir, read_to_string};
 use std::io::{Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,6 +13,8 @@ use std::time::{Duration, Instant};
 use link::{BoardMessage, Deframer, LINE_BAUD, decode};
 use motor_model::Angle;
 use rustix::fs::{Mode, OFlags};
+use rustix::pipe::fcntl_setpipe_size;
+use rustix::process::{Pid, setpriority_process};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
@@ -27,9 +29,15 @@ pub const INSTRUMENTS: [&str; 4] = ["--set", "camera.frame_rate_hz=1000", "--set
 /// Longest wait for anything. An emulated board takes some ten times the time of a real one.
 pub const WAIT_MAX: Duration = Duration::from_secs(60);
 
+/// Bytes on their way to the board, the fewest that a pipe keeps.
+const LINE_BYTES: usize = 4096;
+
+/// Niceness of the emulated processor: a tenth of a thread of niceness 0.
+const NICE: i32 = 10;
+
 /// The emulated line takes a byte whenever the emulator's other thread wakes. On a busy machine 10 ms of the board's
 /// time can pass in between: then the board misses the host, as it should. Or the emulator takes more than 2 s to
-/// start, more than 3 s for an answer, or more than a second for its next report.
+/// start, more than 3 s for an answer, more than a second for its next report, or it takes no byte for a while.
 #[derive(Debug)]
 pub struct Starved;
 
@@ -40,8 +48,14 @@ impl Starved {
             "no board answers",
             "the board does not answer to",
             "the board was silent",
+            "took no byte",
         ];
-        if signs.iter().any(|sign| stderr.contains(sign)) { Err(Self) } else { Ok(()) }
+        if signs.iter().any(|sign| stderr.contains(sign)) {
+            // For whoever reads why a test was slow or failed.
+            println!("starved: {}", stderr.lines().last().unwrap_or_default());
+            return Err(Self);
+        }
+        Ok(())
     }
 }
 
@@ -105,37 +119,46 @@ impl CabledBoard {
     /// A board whose cable flips a bit of the byte of this number to it, if of any.
     pub fn start_disturbed(byte: Option<usize>) -> Self {
         let alone = ONE_BOARD.lock().unwrap_or_else(PoisonError::into_inner);
-        // The board misses a host that is silent for 10 ms of its time. On a busy machine it comes last, and its time
-        // passes with its instructions alone.
-        let mut qemu = Command::new("nice")
-            .args([
-                "-n",
-                "19",
-                "qemu-system-arm",
-                "-M",
-                "mps2-an386",
-                "-display",
-                "none",
-                "-monitor",
-                "none",
-                "-serial",
-                "stdio",
-            ])
-            .args(["-icount", "shift=0,sleep=off"])
+        let mut qemu = Command::new("qemu-system-arm")
+            .args(["-M", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "stdio"])
+            .args(["-icount", "shift=0,sleep=off", "-name", "debug-threads=on"])
             .args(["-semihosting-config", "enable=on,target=native,arg=firmware,arg=link=uart"])
             .args(["-kernel", &elf("board")])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
-            .expect("nice (coreutils) starts");
+            .expect("qemu-system-arm starts");
         let (to_qemu, from_qemu) = (qemu.stdin.take().expect("a pipe"), qemu.stdout.take().expect("a pipe"));
+        // A line keeps no more than a few bytes: what a pipe keeps would be old when the board hears it.
+        fcntl_setpipe_size(&to_qemu, LINE_BYTES).expect("a small pipe");
         let (hear, said) = channel();
         let to_host = Arc::new(Mutex::new(None));
         let host_end = Arc::clone(&to_host);
         spawn(move || carry_from_board(from_qemu, &host_end, &hear));
         let mut board = Self { qemu, cable: None, loose_end: Some(to_qemu), to_host, said, _alone: alone };
+        board.put_processor_last();
         board.plug(byte);
         board
+    }
+
+    /// Lets the thread of the emulated processor come after all others. The board misses a host that is silent for 10
+    /// ms of its time. On a busy machine that time passes slowly, while the emulator's line and the host come first.
+    fn put_processor_last(&self) {
+        let begun = Instant::now();
+        let threads = format!("/proc/{}/task", self.qemu.id());
+        let is_processor = |thread: &DirEntry| {
+            read_to_string(thread.path().join("comm")).is_ok_and(|name| name.trim_end().ends_with("/TCG"))
+        };
+        let thread = loop {
+            let threads = read_dir(&threads).expect("the emulator runs");
+            if let Some(thread) = threads.flatten().find(is_processor) {
+                break thread.file_name();
+            }
+            assert!(begun.elapsed() < WAIT_MAX, "an emulator without a processor");
+            sleep(Duration::from_millis(1));
+        };
+        let thread = thread.to_str().and_then(|name| Pid::from_raw(name.parse().ok()?)).expect("a number");
+        setpriority_process(Some(thread), NICE).expect("a thread of this user's");
     }
 
     /// Puts a cable in its place that flips a bit of the byte of this number to the board, if of any.

@@ -13,6 +13,7 @@
 //! | `port` | the port: opened, or why it is not |
 //! | `line_rate` | the time that bytes take on the line, and the share of it that is in use |
 //! | [`clock`] | the board's clock by the host's, from round trips, with its uncertainty |
+//! | `board_pace` | how slow the board is by the host's clock |
 //! | `session` | frames of one session, both ways |
 //! | [`frame_text`] | camera frames as lines of text |
 //! | `frame_source` | where camera frames come from |
@@ -29,6 +30,7 @@
 //! Whatever ends the run, the host sends a stop and waits for its acknowledgement. Where the line is gone the board
 //! does it alone: 10 ms of its own time after the last frame of the host it switches the drive off and latches.
 
+mod board_pace;
 pub mod clock;
 mod error;
 mod frame_source;

@@ -108,6 +108,14 @@ pub enum SerialError {
         /// The system's reason.
         reason: String,
     },
+    /// The line takes nothing any more.
+    #[error("port {port} took no byte for {waited_s} s; the board switches its drive off by itself")]
+    Stuck {
+        /// Name of the port.
+        port: String,
+        /// The time waited.
+        waited_s: f64,
+    },
     /// The board says nothing any more.
     #[error("the board was silent for {silent_s} s, {after_s:.3} s after arming; {stopped}")]
     Silent {
@@ -207,6 +215,7 @@ impl SerialError {
                     .to_owned()
             }
             Self::Disconnected { .. } => "put the cable back and run the command again".to_owned(),
+            Self::Stuck { .. } => "see that the board runs: a debugger may have halted it".to_owned(),
             Self::Silent { .. } => "the watchdog may have restarted the board: see its log".to_owned(),
             Self::Fault { fault: BoardFault::HostSilent, .. } => {
                 "the host or the line was too slow: see the load, and --baud".to_owned()

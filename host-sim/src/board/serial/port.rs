@@ -8,7 +8,7 @@ use serialport::{ErrorKind, SerialPort};
 use super::SerialError;
 
 /// Longest wait for bytes, and for room for them. A read that is waiting ends with the process, or with the line.
-const WAIT_MAX: Duration = Duration::from_millis(200);
+pub(super) const WAIT_MAX: Duration = Duration::from_millis(200);
 
 /// Opens `port` at `baud`, for this program alone: eight bits, no parity, one stop bit.
 ///

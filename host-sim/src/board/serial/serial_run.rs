@@ -11,6 +11,7 @@ use link::{BoardMessage, Header, HostMessage, LdvRecords, TickRecord};
 use motor_model::{DriveCommand, Time};
 
 use super::SerialError;
+use super::board_pace::BoardPace;
 use super::error::Stopped;
 use super::frame_source::FrameSource;
 use super::frame_text::HostFrame;
@@ -28,15 +29,17 @@ use simulation::scene::Scene;
 
 /// Time without a message of an armed board after which the run is ended. It reports every millisecond.
 pub const SILENCE_MAX: Duration = Duration::from_secs(1);
-/// Time after which the host says that it is there, where there is no frame to send. A board that hears nothing for 10
-/// ms switches off.
+/// The board's time after which the host says that it is there, where there is no frame to send. A board that hears
+/// nothing for 10 ms switches off.
 const KEEP_ALIVE: Duration = Duration::from_millis(4);
-/// Time between two questions that set the clocks.
+/// The board's time between two questions that set the clocks.
 const CLOCK_EVERY: Duration = Duration::from_millis(100);
-/// Time after which a question counts as lost.
+/// The board's time after which a question counts as lost.
 const CLOCK_LOST: Duration = Duration::from_secs(1);
 /// Questions for the time, one after the other, that begin a run: enough for two exchanges to be kept.
 const FIRST_QUESTIONS: u32 = 16;
+/// Longest wait before the host looks at what is due.
+const WAIT_MAX: Duration = Duration::from_millis(4);
 /// Time between two pictures of the live view.
 const PROGRESS_EVERY: Duration = Duration::from_millis(100);
 /// Times that the board is told what the run needs, before the host gives up.
@@ -164,6 +167,7 @@ struct ArmedRun {
     begun_ticks: u64,
     task: WatchedTask,
     last: Option<(Time, Reported)>,
+    pace: BoardPace,
     time_asked: i64,
     time_answers: u32,
     time_answered: bool,
@@ -192,6 +196,7 @@ impl ArmedRun {
             begun_ticks,
             task: asked.task.watched(asked.scene),
             last: None,
+            pace: BoardPace::new(now, begun_ticks),
             time_asked: now,
             time_answers: 1,
             time_answered: true,
@@ -222,12 +227,12 @@ impl ArmedRun {
         if now - self.session.last_heard > nanos(SILENCE_MAX) {
             return Err(Early::Silent);
         }
-        if now - self.session.last_sent >= nanos(KEEP_ALIVE) {
+        if now - self.session.last_sent >= self.pace.host_nanos(KEEP_ALIVE) {
             self.session.send(&HostMessage::Ldv(LdvRecords::new()))?;
         }
         let since_asked = now - self.time_asked;
         let pause = if self.time_answers < FIRST_QUESTIONS { Duration::ZERO } else { CLOCK_EVERY };
-        if since_asked >= nanos(if self.time_answered { pause } else { CLOCK_LOST }) {
+        if since_asked >= self.pace.host_nanos(if self.time_answered { pause } else { CLOCK_LOST }) {
             self.session.ask_time()?;
             (self.time_asked, self.time_answered) = (now, false);
         }
@@ -236,11 +241,12 @@ impl ArmedRun {
             self.progress_at = now;
             watcher.progress(&progress);
         }
-        let Some(event) = self.session.next_event_until(self.session.last_sent + nanos(KEEP_ALIVE)) else {
+        let Some(event) = self.session.next_event_until(now + nanos(WAIT_MAX)) else {
             return Ok(false);
         };
         match event {
-            Event::Board { header, message: BoardMessage::Report(report), .. } => {
+            Event::Board { header, message: BoardMessage::Report(report), at_nanos, .. } => {
+                self.pace.take(header.ticks, at_nanos);
                 return self.report(header, &report, watcher);
             }
             Event::Board { message: BoardMessage::Armed, .. } => {

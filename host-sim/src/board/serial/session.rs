@@ -197,7 +197,12 @@ impl BoardSession {
         }
         self.last_sent = host_nanos();
         self.load[0].add(bytes.len());
-        self.port.write_all(bytes).map_err(|error| self.closed(error.to_string(), None))
+        self.port.write_all(bytes).map_err(|error| match error.kind() {
+            ErrorKind::TimedOut => {
+                SerialError::Stuck { port: self.name.clone(), waited_s: port::WAIT_MAX.as_secs_f64() }
+            }
+            _ => self.closed(error.to_string(), None),
+        })
     }
 
     /// The next event, if one comes until `deadline`. Notes time, load, and exchanges of clocks.
