@@ -40,8 +40,9 @@ use core::mem;
 use controller::PositionLoop;
 use estimator::LdvSample;
 use link::{
-    Arrival, BoardFault, BoardMessage, Counters, Deframer, Expected, FRAME_BYTES_MAX, FrameError, Header,
-    HostMessage, Sequence, TickRecord, VERSION, decode_on_board, encode_on_board,
+    Arrival, BoardFault, BoardIdentity, BoardMessage, Counters, Deframer, Expected, FRAME_BYTES_MAX,
+    FrameError, Header, HostMessage, LOOP_DIGEST, ResetCause, Sequence, TickRecord, VERSION, decode_on_board,
+    encode_on_board,
 };
 use motor_model::Time;
 
@@ -101,6 +102,7 @@ pub struct Application<'m, D> {
     in_lock_step: bool,
     /// The most bytes that the stack has taken, as far as is known.
     stack_bytes_max: u32,
+    reset_cause: ResetCause,
 }
 
 impl<'m, D: DesignedDrive> Application<'m, D> {
@@ -124,6 +126,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             telemetry: Telemetry::default(),
             in_lock_step: true,
             stack_bytes_max: 0,
+            reset_cause: ResetCause::Unknown,
         }
     }
 
@@ -136,6 +139,11 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     /// Keeps the most bytes that the stack has taken, for [`HostMessage::Count`].
     pub fn record_stack(&mut self, bytes_max: u32) {
         self.stack_bytes_max = bytes_max;
+    }
+
+    /// Keeps why the board started, for [`HostMessage::Identify`].
+    pub fn record_reset(&mut self, cause: ResetCause) {
+        self.reset_cause = cause;
     }
 
     /// The amplifier.
@@ -400,6 +408,10 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
                 None => BoardMessage::Fault(self.fault()),
             },
             HostMessage::Count => BoardMessage::Counters(self.counters()),
+            HostMessage::Identify => BoardMessage::Identity(BoardIdentity {
+                loop_digest: LOOP_DIGEST,
+                reset_cause: self.reset_cause.into(),
+            }),
             HostMessage::Forecast(question) => self.forecast(*question),
             HostMessage::Retarget(target) => self.retarget(Some(*target)),
             HostMessage::Hold => self.retarget(None),

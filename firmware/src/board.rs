@@ -21,6 +21,8 @@ pub use mps2 as hardware;
 #[cfg(feature = "stm32g474")]
 pub use stm32g474 as hardware;
 
+use link::ResetCause;
+
 use hardware::{Enable, Line, Vibrometer, Watchdog, Width};
 
 /// Everything of the board that the program uses.
@@ -36,6 +38,8 @@ pub struct Parts {
     pub vibrometer: Vibrometer,
     /// The watchdog, not yet started.
     pub watchdog: Watchdog,
+    /// Why the board started.
+    pub reset_cause: ResetCause,
 }
 
 #[expect(unsafe_code, reason = "the linker script names the ends of the stack")]

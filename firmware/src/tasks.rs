@@ -48,7 +48,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use estimator::LdvSample;
 use heapless::spsc::{Consumer, Producer, Queue};
-use link::{BoardMessage, TickRecord};
+use link::{BoardMessage, ResetCause, TickRecord};
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Time};
 
 use crate::amplifier::Amplifier;
@@ -304,6 +304,11 @@ impl LoopTask<'_> {
     /// Keeps the most bytes that the stack has taken, for the host.
     pub fn record_stack(&mut self, bytes_max: u32) {
         self.application.record_stack(bytes_max);
+    }
+
+    /// Keeps why the board started, for the host.
+    pub fn record_reset(&mut self, cause: ResetCause) {
+        self.application.record_reset(cause);
     }
 
     /// Whether a tick waits.

@@ -7,6 +7,7 @@
 //! - [`RateConfiguration`]: which rate, for how long, within which limits. [`RatePhase`]: what becomes of it.
 //! - [`MapRows`], [`map_messages`]: a response map, a few rows in each frame; [`MapFault`]: why it is refused.
 //! - [`ForecastAnswer`]: what a move will take, or the tolerance that can be met instead.
+//! - [`BoardIdentity`]: which loop the board was built of, and why it started.
 //! - [`numbering`]: the numbers of enumerations, both ways.
 //! - [`frame`]: a message with its [`Header`], a CRC-32, and no zero byte but the last ([`encode`], [`decode`]).
 //! - [`camera_frame`]: the short frames of the camera ([`encode_camera`]).
@@ -49,6 +50,7 @@ pub mod camera_frame;
 mod deframer;
 mod forecast;
 pub mod frame;
+mod identity;
 mod map_rows;
 mod message;
 pub mod numbering;
@@ -67,6 +69,7 @@ pub use forecast::{ForecastAnswer, ForecastRecord, UnreachableRecord};
 pub use frame::{
     FRAME_BYTES_MAX, FrameError, Header, LINE_BAUD, VERSION, decode, decode_on_board, encode, encode_on_board,
 };
+pub use identity::{BoardIdentity, LOOP_DIGEST, ResetCause};
 pub use map_rows::{
     BurstRecord, CruiseRecord, MAP_ROWS_MAX, MapEnd, MapFault, MapRows, map_messages, rows_of,
 };

@@ -6,6 +6,7 @@ use motor_model::{Angle, Time};
 use serde::{Deserialize, Serialize};
 
 use crate::forecast::ForecastAnswer;
+use crate::identity::BoardIdentity;
 use crate::map_rows::{MapEnd, MapFault, MapRows};
 use crate::rate::RateConfiguration;
 use crate::tick_record::TickRecord;
@@ -61,6 +62,8 @@ pub enum HostMessage {
         /// The ticks.
         ticks: u8,
     },
+    /// Asks what the board is.
+    Identify,
 }
 
 /// From the board to the host.
@@ -92,6 +95,8 @@ pub enum BoardMessage {
         /// The target that is moved to from now on, in units of 2^-32 turn.
         target_units: i64,
     },
+    /// Answer to [`HostMessage::Identify`].
+    Identity(BoardIdentity),
 }
 
 /// The filters that the board has.

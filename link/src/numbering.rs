@@ -18,6 +18,7 @@ use estimator::{Health, Reason, Rejection, Source, Verdict};
 use motor_model::DriveMode;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::identity::ResetCause;
 use crate::rate::RatePhase;
 
 /// A value that goes over the wire as one byte.
@@ -102,6 +103,15 @@ numbered!(Driven {
     0 = [None],
     1 = [Some(DriveMode::B)],
     2 = [Some(DriveMode::C)],
+});
+
+numbered!(ResetCause {
+    0 = [Self::Unknown],
+    1 = [Self::Power],
+    2 = [Self::Pin],
+    3 = [Self::Watchdog],
+    4 = [Self::Software],
+    5 = [Self::Other],
 });
 
 numbered!(Family {

@@ -72,6 +72,10 @@ fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
     let outcome: Value = serde_json::from_slice(&stdout).expect("JSON and nothing else");
     assert!(outcome["ok"] == true && outcome["stop_acknowledged"] == true, "{outcome}");
     assert_eq!(outcome["stopped"], Value::Null, "{outcome}");
+    // The board and the command are built of the same checkout. The emulated one has no register that tells its start.
+    assert!(outcome["board"]["is_this_loop"] == true, "{outcome}");
+    assert_eq!(outcome["board"]["reset_cause"], "unknown", "{outcome}");
+    assert_eq!(outcome["board"]["loop_digest"], format!("{:016x}", link::LOOP_DIGEST), "{outcome}");
     let number = |pointer: &str| outcome.pointer(pointer).and_then(Value::as_f64).expect("a number");
     let (angle, error) = (number("/final_angle_deg"), number("/final_error_true_mdeg"));
     assert!((angle - 2.0).abs() < 0.1 && error.abs() <= 100.0, "{outcome}");

@@ -4,7 +4,9 @@ use std::boxed::Box;
 use std::vec::Vec;
 
 use controller::{Drive, ResponseMap};
-use link::{CameraRecord, Configuration, LdvRecord, decode, map_messages};
+use link::{
+    BoardIdentity, CameraRecord, Configuration, LOOP_DIGEST, LdvRecord, ResetCause, decode, map_messages,
+};
 use motor_model::{DriveCommand, DriveMode, MotorParams, OutOfBounds};
 
 mod description;
@@ -293,6 +295,18 @@ fn law_another_version_is_refused_by_name() {
     assert_eq!(bench.exchange_bytes(&other), fault(refused));
     assert_eq!(bench.board.counters().other_version, 1);
     assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::UnknownSession { session: 5 }));
+}
+
+/// The board says which loop it was built of and why it started, also while it is armed; the loop goes on.
+#[test]
+fn exact_the_board_says_what_it_is() {
+    let mut bench = Bench::driving();
+    for cause in [ResetCause::Unknown, ResetCause::Watchdog, ResetCause::Power] {
+        bench.board.record_reset(cause);
+        let identity = BoardIdentity { loop_digest: LOOP_DIGEST, reset_cause: cause.into() };
+        assert_eq!(bench.exchange(&HostMessage::Identify), [BoardMessage::Identity(identity)]);
+    }
+    assert!(bench.board.is_armed());
 }
 
 /// L5: without a frame for ten milliseconds the drive goes off, and stays off until a stop and a new arming.

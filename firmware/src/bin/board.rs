@@ -67,8 +67,9 @@ mod board {
         else {
             end(Err(()))
         };
-        let Parts { width, enable, mut line, vibrometer, mut watchdog } = parts;
+        let Parts { width, enable, mut line, vibrometer, mut watchdog, reset_cause } = parts;
         let Ok((timer_task, mut loop_task)) = memory.tasks(width, enable, vibrometer) else { end(Err(())) };
+        loop_task.record_reset(reset_cause);
         let mut stack = StackGauge::new(stack_words());
         free(|token| FIRST_TIMER_TASK.borrow(token).set(Some(timer_task)));
         let mut outgoing = Deque::<u8, OUTGOING_BYTES>::new();

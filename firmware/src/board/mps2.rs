@@ -8,6 +8,8 @@ use core::convert::Infallible;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 
+use link::ResetCause;
+
 use super::Parts;
 use crate::tasks::NoConverter;
 
@@ -47,10 +49,17 @@ pub fn drive_is_on() -> bool {
 }
 
 impl Parts {
-    /// The parts of the board; never `None`.
+    /// The parts of the board; never `None`. No register of it tells why it started.
     pub fn take() -> Option<Self> {
         let line = Line::start();
-        Some(Self { width: Width, enable: Enable, line, vibrometer: NoConverter, watchdog: Watchdog })
+        Some(Self {
+            width: Width,
+            enable: Enable,
+            line,
+            vibrometer: NoConverter,
+            watchdog: Watchdog,
+            reset_cause: ResetCause::Unknown,
+        })
     }
 }
 

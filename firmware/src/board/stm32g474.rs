@@ -18,7 +18,7 @@ use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 use stm32g4::stm32g474 as pac;
 
-use link::LINE_BAUD;
+use link::{LINE_BAUD, ResetCause};
 
 use super::Parts;
 use crate::tasks::Converter;
@@ -58,6 +58,7 @@ impl Parts {
     pub fn take() -> Option<Self> {
         let device = pac::Peripherals::take()?;
         let rcc = &device.RCC;
+        let reset_cause = reset_cause(rcc);
         rcc.ahb2enr().modify(|_, w| w.gpioben().set_bit());
         device.GPIOB.bsrr().write(|w| w.br0().set_bit());
         device.GPIOB.moder().modify(|_, w| w.moder0().output());
@@ -76,8 +77,24 @@ impl Parts {
             line: Line::start(device.LPUART1),
             vibrometer: Vibrometer::start(device.ADC1, &device.ADC12_COMMON)?,
             watchdog: Watchdog(device.IWDG),
+            reset_cause,
         })
     }
+}
+
+/// Why the board started (register RCC_CSR of RM0440). Its flags stay until they are cleared here. Any cause pulls
+/// the pin as well, and so the pin comes last.
+fn reset_cause(rcc: &pac::RCC) -> ResetCause {
+    let flags = rcc.csr().read();
+    rcc.csr().modify(|_, w| w.rmvf().set_bit());
+    let causes = [
+        (flags.iwdgrstf().bit_is_set() || flags.wwdgrstf().bit_is_set(), ResetCause::Watchdog),
+        (flags.sftrstf().bit_is_set(), ResetCause::Software),
+        (flags.lpwrrstf().bit_is_set() || flags.oblrstf().bit_is_set(), ResetCause::Other),
+        (flags.borrstf().bit_is_set(), ResetCause::Power),
+        (flags.pinrstf().bit_is_set(), ResetCause::Pin),
+    ];
+    causes.into_iter().find_map(|(is_set, cause)| is_set.then_some(cause)).unwrap_or_default()
 }
 
 /// The bridge's enabling pin.

@@ -48,8 +48,8 @@ mod task;
 pub use error::SerialError;
 pub use frame_source::FrameSource;
 pub use outcome::{
-    ClockFigures, CounterFigures, LineFigures, MoveFigures, RateFigures, SerialOutcome, SessionFigures,
-    TaskFigures,
+    ClockFigures, CounterFigures, IdentityFigures, LineFigures, MoveFigures, RateFigures, SerialOutcome,
+    SessionFigures, TaskFigures,
 };
 pub use progress::{Goal, Progress, Watcher};
 pub use serial_run::SerialRun;

@@ -14,7 +14,9 @@ use super::count::Count;
 use super::readers::{RUN_MOVE, RUN_RATE};
 use super::report::Request;
 use super::{Format, MapArgs, SceneArgs, interruption, progress, result_json};
-use crate::board::serial::{BoardTask, FrameSource, Progress, SerialError, SerialRun, Watcher};
+use crate::board::serial::{
+    BoardTask, FrameSource, IdentityFigures, Progress, SerialError, SerialRun, Watcher,
+};
 use crate::cli::CommandError;
 use crate::log::{Ending, LogError, LogOptions, LogRecorder};
 use crate::report::{OutputError, files};
@@ -160,6 +162,10 @@ impl LiveView {
 }
 
 impl Watcher for LiveView {
+    fn board(&mut self, identity: &IdentityFigures) {
+        identity.warnings().for_each(|warning| progress::note(&format!("note: {warning}")));
+    }
+
     fn record(&mut self, record: &RunRecord) -> ControlFlow<()> {
         self.log.observe(record)
     }

@@ -13,10 +13,10 @@ use rand_pcg::Pcg64;
 
 use super::*;
 use crate::{
-    BoardFault, BoardMessage, CameraRecord, CommandRecord, Configuration, Counters, Deframer, EstimateRecord,
-    FilterKind, ForecastRecord, HostMessage, InnovationRecord, LdvRecord, LdvRecords, MotorParameterRecord,
-    PhaseRecord, RateConfiguration, RateLimitsRecord, RatePhase, RateRecord, TargetRecord, TickRecord,
-    UnreachableRecord, encode_camera, map_messages,
+    BoardFault, BoardIdentity, BoardMessage, CameraRecord, CommandRecord, Configuration, Counters, Deframer,
+    EstimateRecord, FilterKind, ForecastRecord, HostMessage, InnovationRecord, LdvRecord, LdvRecords,
+    MotorParameterRecord, PhaseRecord, RateConfiguration, RateLimitsRecord, RatePhase, RateRecord,
+    ResetCause, TargetRecord, TickRecord, UnreachableRecord, encode_camera, map_messages,
 };
 
 const HEADER: Header = Header { session: 0x0102_0304, sequence: 7, ticks: 1 << 40 };
@@ -72,6 +72,7 @@ fn host_messages() -> Vec<HostMessage> {
         HostMessage::Retarget(TargetRecord { target_deg: 12.5, tolerance_deg: 0.01 }),
         HostMessage::Hold,
         HostMessage::Latency { ticks: 12 },
+        HostMessage::Identify,
         arm,
         HostMessage::Step,
         camera,
@@ -168,6 +169,10 @@ fn board_messages() -> Vec<BoardMessage> {
         BoardMessage::Retargeted { target_units: -1 << 31 },
         BoardMessage::Fault(BoardFault::NoMove),
         BoardMessage::Fault(BoardFault::NoEstimate),
+        BoardMessage::Identity(BoardIdentity {
+            loop_digest: 0x0123_4567_89ab_cdef,
+            reset_cause: ResetCause::Watchdog.into(),
+        }),
         BoardMessage::Forecast(Ok(forecast)),
         BoardMessage::Forecast(Err(UnreachableRecord { tolerance_rad: 1e-5, least_rad: None, time_s: 0.1 })),
         BoardMessage::Forecast(Err(UnreachableRecord {

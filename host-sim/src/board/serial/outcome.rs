@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use link::Counters;
-use serde::Serialize;
+use link::{BoardIdentity, Counters, LOOP_DIGEST, ResetCause};
+use serde::{Serialize, Serializer};
 
 /// The board's clock beside the host's.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -16,6 +16,53 @@ pub struct ClockFigures {
     pub drift_uncertainty_ppm: Option<f64>,
     /// The shortest time from a question to its answer, in us.
     pub round_trip_us: f64,
+}
+
+/// What the board is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct IdentityFigures {
+    /// Digest of the sources of its loop ([`link::LOOP_DIGEST`]).
+    #[serde(serialize_with = "as_hexadecimal")]
+    pub loop_digest: u64,
+    /// Whether this program was built of the same.
+    pub is_this_loop: bool,
+    /// Why the board started.
+    pub reset_cause: &'static str,
+}
+
+impl From<BoardIdentity> for IdentityFigures {
+    fn from(BoardIdentity { loop_digest, reset_cause }: BoardIdentity) -> Self {
+        let reset_cause = match reset_cause.value() {
+            None | Some(ResetCause::Unknown) => "unknown",
+            Some(ResetCause::Power) => "power",
+            Some(ResetCause::Pin) => "pin",
+            Some(ResetCause::Watchdog) => "watchdog",
+            Some(ResetCause::Software) => "software",
+            Some(ResetCause::Other) => "other",
+        };
+        Self { loop_digest, is_this_loop: loop_digest == LOOP_DIGEST, reset_cause }
+    }
+}
+
+impl IdentityFigures {
+    /// What is to be known before the run: a loop that is not this program's, and a board whose program had stopped.
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
+        let other = (!self.is_this_loop).then(|| {
+            format!(
+                "the board's loop ({:016x}) was built of other sources than this program's ({LOOP_DIGEST:016x}): it may \
+                 not do what was simulated; flash the firmware of this checkout: firmware/BRINGUP.md",
+                self.loop_digest
+            )
+        });
+        let stopped = (self.reset_cause == "watchdog")
+            .then(|| "the watchdog has restarted the board: its main loop had stopped".to_owned());
+        other.into_iter().chain(stopped)
+    }
+}
+
+/// As sixteen digits: a number of 64 bits is none that every reader of JSON keeps.
+fn as_hexadecimal<S: Serializer>(digest: &u64, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("{digest:016x}"))
 }
 
 /// The serial line over the run.
@@ -102,6 +149,8 @@ pub struct SessionFigures {
     pub host_s: f64,
     /// Whether the board has acknowledged the stop at the end.
     pub stop_acknowledged: bool,
+    /// The board.
+    pub board: IdentityFigures,
     /// The clocks.
     pub clock: Option<ClockFigures>,
     /// The line.
@@ -207,6 +256,8 @@ impl fmt::Display for SessionFigures {
         )?;
         let acknowledged = if self.stop_acknowledged { "acknowledged" } else { "not acknowledged" };
         writeln!(f, "stop               {acknowledged}")?;
+        let sources = if self.board.is_this_loop { "this program's sources" } else { "other sources" };
+        writeln!(f, "firmware           of {sources}, started by: {}", self.board.reset_cause)?;
         if let Some(clock) = &self.clock {
             write!(f, "clock              known to {:.0} us", clock.uncertainty_us)?;
             if let (Some(drift), Some(bound)) = (clock.drift_ppm, clock.drift_uncertainty_ppm) {
@@ -234,5 +285,34 @@ impl fmt::Display for SessionFigures {
             "board              {overruns} overruns, {lost_or_damaged} frames lost or damaged, {dropped} measurements \
              dropped, {stack_bytes_max} bytes of stack"
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figures(loop_digest: u64, reset_cause: ResetCause) -> IdentityFigures {
+        BoardIdentity { loop_digest, reset_cause: reset_cause.into() }.into()
+    }
+
+    /// A board of other sources, and one that its watchdog has restarted, are told of; others are not.
+    #[test]
+    fn exact_what_is_said_of_a_board_before_the_run() {
+        let warnings = |figures: IdentityFigures| figures.warnings().collect::<Vec<_>>();
+        for quiet in [ResetCause::Unknown, ResetCause::Power, ResetCause::Pin, ResetCause::Software] {
+            assert!(warnings(figures(LOOP_DIGEST, quiet)).is_empty(), "{quiet:?}");
+        }
+        let [stopped] = &warnings(figures(LOOP_DIGEST, ResetCause::Watchdog))[..] else { panic!("one") };
+        assert!(stopped.starts_with("the watchdog has restarted the board"), "{stopped}");
+        let [other] = &warnings(figures(LOOP_DIGEST ^ 1, ResetCause::Power))[..] else { panic!("one") };
+        assert!(other.starts_with(&format!("the board's loop ({:016x}) was ", LOOP_DIGEST ^ 1)), "{other}");
+    }
+
+    #[test]
+    fn exact_digest_in_json() {
+        let json = serde_json::to_value(figures(0xab, ResetCause::Power)).unwrap();
+        assert_eq!(json["loop_digest"], "00000000000000ab");
+        assert_eq!((&json["is_this_loop"], &json["reset_cause"]), (&false.into(), &"power".into()));
     }
 }

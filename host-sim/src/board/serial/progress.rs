@@ -3,6 +3,7 @@
 use std::fmt;
 use std::ops::ControlFlow;
 
+use super::outcome::IdentityFigures;
 use simulation::runs::record::RunRecord;
 
 /// What the board is to reach.
@@ -86,6 +87,9 @@ impl fmt::Display for Progress {
 
 /// Sees a run while it goes on.
 pub trait Watcher {
+    /// Takes what the board is, before it is told anything.
+    fn board(&mut self, identity: &IdentityFigures);
+
     /// Takes a record. [`ControlFlow::Break`] ends the run as an interruption does.
     fn record(&mut self, record: &RunRecord) -> ControlFlow<()>;
 

@@ -16,7 +16,9 @@ use super::error::Stopped;
 use super::frame_source::FrameSource;
 use super::frame_text::HostFrame;
 use super::line_rate::{LineLoad, bytes_per_s};
-use super::outcome::{ClockFigures, CounterFigures, LineFigures, SerialOutcome, SessionFigures};
+use super::outcome::{
+    ClockFigures, CounterFigures, IdentityFigures, LineFigures, SerialOutcome, SessionFigures,
+};
 use super::plant::PlantInTheLoop;
 use super::progress::{Progress, Watcher};
 use super::report_record::{ReportRecords, Reported, sd_deg};
@@ -81,10 +83,12 @@ impl SerialRun<'_> {
         };
         let messages = self.task.preparation(self.scene)?;
         let mut session = BoardSession::open(self.port, self.baud)?;
+        let identity = IdentityFigures::from(session.identity()?);
+        watcher.board(&identity);
         upload(&mut session, &messages)?;
         self.source.forward_to(session.sender());
         let ticks = session.arm()?;
-        let mut armed = ArmedRun::new(self, session, plant, ticks);
+        let mut armed = ArmedRun::new(self, session, identity, plant, ticks);
         let ending = armed.watch(self.interrupted, watcher);
         armed.end(ending)
     }
@@ -161,6 +165,7 @@ impl From<SerialError> for Early {
 /// An armed board, and what is known of its run.
 struct ArmedRun {
     session: BoardSession,
+    identity: IdentityFigures,
     plant: Option<PlantInTheLoop>,
     records: ReportRecords,
     armed_at: i64,
@@ -182,6 +187,7 @@ impl ArmedRun {
     fn new(
         asked: &SerialRun<'_>,
         mut session: BoardSession,
+        identity: IdentityFigures,
         plant: Option<PlantInTheLoop>,
         begun_ticks: u64,
     ) -> Self {
@@ -190,6 +196,7 @@ impl ArmedRun {
         session.load = [LineLoad::default(); 2];
         Self {
             session,
+            identity,
             plant,
             records: ReportRecords::new(Time::from_nanos(begun_ticks * PositionLoop::TICK_NANOS)),
             armed_at: now,
@@ -381,6 +388,7 @@ impl ArmedRun {
             duration_s: at.map_or(0.0, |at| self.records.since_begin(at).seconds_since(Time::ZERO)),
             host_s,
             stop_acknowledged,
+            board: self.identity,
             clock: clock.map(|(clock, shortest)| ClockFigures {
                 uncertainty_us: 1e-3 * clock.uncertainty_nanos(now),
                 drift_ppm: clock.drift().map(|drift| 1e6 * drift),

@@ -9,8 +9,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use controller::PositionLoop;
 use link::{
-    BoardMessage, CameraRecord, Counters, Deframer, FRAME_BYTES_MAX, FrameError, Header, HostMessage, decode,
-    encode, encode_camera,
+    BoardIdentity, BoardMessage, CameraRecord, Counters, Deframer, FRAME_BYTES_MAX, FrameError, Header,
+    HostMessage, decode, encode, encode_camera,
 };
 use serialport::SerialPort;
 
@@ -106,6 +106,23 @@ impl BoardSession {
         };
         session.hello()?;
         Ok(session)
+    }
+
+    /// What the board is. The line may lose the question or its answer: it is asked again, once.
+    ///
+    /// # Errors
+    /// When the board does not answer.
+    pub(super) fn identity(&mut self) -> Result<BoardIdentity, SerialError> {
+        let what = "the question what it is";
+        for _ in 0..2 {
+            self.send(&HostMessage::Identify)?;
+            match self.answer(what, |answer| matches!(answer, BoardMessage::Identity(_))) {
+                Ok((_, BoardMessage::Identity(identity))) => return Ok(identity),
+                Ok(_) | Err(SerialError::Unanswered { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Err(SerialError::Unanswered { what, waited_s: 2.0 * ANSWER_MAX.as_secs_f64() })
     }
 
     /// Where other threads put events.
