@@ -68,8 +68,8 @@ mod tests {
         assert_eq!(pace.host_nanos(FOUR_MS), 4 * MS);
     }
 
-    /// A line that keeps reports of a real board for 16 ms, as some adapters do: the board, which waits for 10 ms, never
-    /// waits for longer than 6.
+    /// A line that keeps reports of a real board for 16 ms, as some adapters do: the board, which waits for 10 ms,
+    /// never waits for longer than 6.
     #[test]
     fn law_a_late_line_does_not_make_a_real_board_slow() {
         let mut pace = BoardPace::new(ARMED_AT, 0);

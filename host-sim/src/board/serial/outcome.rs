@@ -3,7 +3,7 @@
 use std::fmt;
 
 use link::{BoardIdentity, Counters, LOOP_DIGEST, ResetCause};
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 /// The board's clock beside the host's.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -19,11 +19,11 @@ pub struct ClockFigures {
 }
 
 /// What the board is.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct IdentityFigures {
-    /// Digest of the sources of its loop ([`link::LOOP_DIGEST`]).
-    #[serde(serialize_with = "as_hexadecimal")]
-    pub loop_digest: u64,
+    /// Digest of the sources of its loop ([`link::LOOP_DIGEST`]) in sixteen digits: not every reader of JSON keeps 64
+    /// bits of a number.
+    pub loop_digest: String,
     /// Whether this program was built of the same.
     pub is_this_loop: bool,
     /// Why the board started.
@@ -40,7 +40,8 @@ impl From<BoardIdentity> for IdentityFigures {
             Some(ResetCause::Software) => "software",
             Some(ResetCause::Other) => "other",
         };
-        Self { loop_digest, is_this_loop: loop_digest == LOOP_DIGEST, reset_cause }
+        let is_this_loop = loop_digest == LOOP_DIGEST;
+        Self { loop_digest: format!("{loop_digest:016x}"), is_this_loop, reset_cause }
     }
 }
 
@@ -49,8 +50,8 @@ impl IdentityFigures {
     pub fn warnings(&self) -> impl Iterator<Item = String> {
         let other = (!self.is_this_loop).then(|| {
             format!(
-                "the board's loop ({:016x}) was built of other sources than this program's ({LOOP_DIGEST:016x}): it may \
-                 not do what was simulated; flash the firmware of this checkout: firmware/BRINGUP.md",
+                "the board's loop ({}) was built of other sources than this program's ({LOOP_DIGEST:016x}): it may not \
+                 do what was simulated; flash the firmware of this checkout: firmware/BRINGUP.md",
                 self.loop_digest
             )
         });
@@ -58,11 +59,6 @@ impl IdentityFigures {
             .then(|| "the watchdog has restarted the board: its main loop had stopped".to_owned());
         other.into_iter().chain(stopped)
     }
-}
-
-/// As sixteen digits: a number of 64 bits is none that every reader of JSON keeps.
-fn as_hexadecimal<S: Serializer>(digest: &u64, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(&format_args!("{digest:016x}"))
 }
 
 /// The serial line over the run.
