@@ -82,7 +82,7 @@ impl Parts {
     }
 }
 
-/// Why the board started (register RCC_CSR of RM0440). Its flags stay until they are cleared here. Any cause pulls
+/// Why the board started (register `RCC_CSR` of RM0440). Its flags stay until they are cleared here. Any cause pulls
 /// the pin as well, and so the pin comes last.
 fn reset_cause(rcc: &pac::RCC) -> ResetCause {
     let flags = rcc.csr().read();
