@@ -13,6 +13,7 @@ use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use link::{BoardFault, BoardMessage, SHORT_FRAME_BYTES, VERSION};
+use rustix::fs::{OFlags, fcntl_setfl};
 use serde_json::Value;
 use simulation::math::count::real;
 
@@ -244,8 +245,8 @@ fn tool_run_takes_frames_of_a_pipe_up_to_a_bad_line() {
     board.hears(|message| (*message == BoardMessage::Stopped).then_some(()));
 }
 
-/// Instruments that the line does not carry, a port that is not there, one that is busy, one at which nobody answers,
-/// and a board of another version.
+/// Instruments that the line does not carry, a port that is not there, one that is busy, one that takes nothing, one at
+/// which nobody answers, and a board of another version.
 #[test]
 fn tool_run_without_a_board_says_why() {
     let run_with = |port: &str, instruments: &[&str]| {
@@ -301,6 +302,17 @@ fn tool_run_without_a_board_says_why() {
     );
     assert!(error.starts_with(&versions), "{error}");
     drop(answering.join());
+
+    let PseudoTerminal { end: _unread, name, port: mut full } = PseudoTerminal::open();
+    fcntl_setfl(&full, OFlags::NONBLOCK).expect("an open port");
+    // The system takes some away after a while, until all of its buffers are full.
+    for _ in 0..20 {
+        while full.write(&[0]).is_ok() {}
+        sleep(Duration::from_millis(2));
+    }
+    let error = run(&name);
+    let stuck = format!("error: port {name} took no byte for 0.2 s; ");
+    assert!(error.starts_with(&stuck) && error.contains("; hint: see that the board runs"), "{error}");
 
     let PseudoTerminal { end: _other, name, port: _port } = PseudoTerminal::open();
     let _holder = serialport::new(&name, BAUD).open().expect("the port is free");

@@ -41,7 +41,7 @@ const CLOCK_LOST: Duration = Duration::from_secs(1);
 /// Questions for the time, one after the other, that begin a run: enough for two exchanges to be kept.
 const FIRST_QUESTIONS: u32 = 16;
 /// Longest wait before the host looks at what is due.
-const WAIT_MAX: Duration = Duration::from_millis(4);
+const LOOK_EVERY: Duration = Duration::from_millis(4);
 /// Time between two pictures of the live view.
 const PROGRESS_EVERY: Duration = Duration::from_millis(100);
 /// Times that the board is told what the run needs, before the host gives up.
@@ -248,7 +248,7 @@ impl ArmedRun {
             self.progress_at = now;
             watcher.progress(&progress);
         }
-        let Some(event) = self.session.next_event_until(now + nanos(WAIT_MAX)) else {
+        let Some(event) = self.session.next_event_until(now + nanos(LOOK_EVERY)) else {
             return Ok(false);
         };
         match event {
