@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Looks for what no fixed seed shows: property tests and fuzz targets from fresh seeds, in rotation, for as long as
-# told. Then it compares the pages of results with new runs, and the dependencies with deny.toml, which takes minutes.
+# told. Then it compares a commissioned map and the pages of results with new runs, and the dependencies with deny.toml,
+# which takes minutes.
 #
 #   tests/soak.sh [MINUTES]
 #
@@ -188,6 +189,12 @@ check() {
     fi
     note "$name" - $((SECONDS - began)) "$result"
 }
+# The map by which the first command moves its motor is what commissioning makes of that motor.
+commission() {
+    cargo run --release --package micromotor-sim -- commission --scene set_f_plant --out "$found/commission" &&
+        cmp "$found/commission/map.toml" host-sim/maps/set_f_plant.toml
+}
+check commission commission
 check results cargo run --release --package micromotor-sim -- results --check
 # Without cargo-deny on the machine it is left out: its installation takes longer than all the rest.
 if command -v cargo-deny >/dev/null; then

@@ -83,7 +83,7 @@ use twin::AccuracyArgs;
 #[derive(Debug, Parser)]
 #[command(name = "host-sim", version, about)]
 struct Cli {
-    /// What to do; without a command, `position` with the default scene
+    /// What to do; without a command, a move by 90 degrees of a motor that tilts, by its commissioned map
     #[command(subcommand)]
     command: Option<Command>,
     /// Print the result and errors alone: neither progress nor notes
@@ -207,13 +207,19 @@ impl Format {
 /// The response map by which the controller plans.
 #[derive(Debug, Default, Args)]
 struct MapArgs {
-    /// Response map of the scene's design, as `response-map --out` writes it. Without it: that of Table 1, or one that
-    /// is made first for the design that the keys `motor.` describe
+    /// Response map of the scene's design, as `response-map --out` writes it, or of its motor, as `commission` does;
+    /// or the name `set_f_plant`, for the map that commissioning has made of that scene's motor. Without it: that of
+    /// Table 1, or one that is made first for the design that the keys `motor.` describe
     #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
 }
 
 impl MapArgs {
+    /// The map of the commissioned motor of the gallery's scene `name`.
+    fn commissioned(name: &str) -> Self {
+        Self { map: Some(name.into()) }
+    }
+
     /// `scene` with its map.
     ///
     /// # Errors
@@ -314,7 +320,7 @@ pub fn main() -> ExitCode {
     if cli.quiet {
         progress::be_quiet();
     }
-    match cli.command.unwrap_or_else(|| Command::Position(PositionArgs::default())).execute() {
+    match cli.command.unwrap_or_else(|| Command::Position(PositionArgs::first_run())).execute() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if error.is_broken_pipe() => ExitCode::SUCCESS,
         Err(error) => {

@@ -8,7 +8,7 @@ use std::path::Path;
 use controller::ResponseMap;
 use simulation::scene::{Admission, Scene, SceneError, parse_response_map};
 
-pub use gallery::{GALLERY, GalleryScene};
+pub use gallery::{COMMISSIONED_TILTING, GALLERY, GalleryScene};
 
 /// Longest file; a scene is a page of text.
 const LENGTH_MAX_BYTES: u64 = 1 << 20;
@@ -38,8 +38,7 @@ pub fn load_admitted(file: Option<&Path>, sets: &[String], admit: Admission) -> 
 /// # Errors
 /// When the file cannot be read or is malformed, or a key or value is refused.
 pub fn read_into(scene: &mut Scene, path: &Path, admit: Admission) -> Result<(), SceneError> {
-    let name = path.to_str().filter(|name| !name.contains(['/', '\\']));
-    match (read(path), name) {
+    match (read(path), name_of(path)) {
         (Ok(text), _) => scene.set_admitted(&text, path, admit),
         (Err(error), Some(name)) if error.kind() == io::ErrorKind::NotFound => {
             let of_gallery = GalleryScene::named(name).ok_or_else(|| SceneError::NoSuchScene {
@@ -52,13 +51,24 @@ pub fn read_into(scene: &mut Scene, path: &Path, admit: Admission) -> Result<(),
     }
 }
 
-/// Reads the map in the file at `path`: JSON if it ends in `.json`, TOML otherwise.
+/// The name that `path` may be in the gallery: one word, without a folder.
+fn name_of(path: &Path) -> Option<&str> {
+    path.to_str().filter(|name| !name.contains(['/', '\\']))
+}
+
+/// Reads the map in the file at `path`, JSON if it ends in `.json`, TOML otherwise; or takes that of the commissioned
+/// motor of the gallery's scene of that name where there is no such file.
 ///
 /// # Errors
 /// When it cannot be read, or is refused as by [`parse_response_map`].
 pub fn read_response_map(path: &Path) -> Result<ResponseMap, SceneError> {
-    let text = read(path).map_err(|source| SceneError::Unreadable { path: path.to_owned(), source })?;
-    parse_response_map(&text, path)
+    match read(path) {
+        Ok(text) => parse_response_map(&text, path),
+        Err(source) => match name_of(path).and_then(gallery::commissioned_map) {
+            Some(text) if source.kind() == io::ErrorKind::NotFound => parse_response_map(text, path),
+            _ => Err(SceneError::Unreadable { path: path.to_owned(), source }),
+        },
+    }
 }
 
 fn read(path: &Path) -> io::Result<String> {
@@ -88,6 +98,18 @@ mod tests {
                     "error: there is no file {name}, and no scene of that name in the gallery; hint: {hint}"
                 )
             );
+        }
+    }
+
+    #[test]
+    fn exact_a_map_without_a_file_is_that_of_a_commissioned_motor() {
+        let named = read_response_map(Path::new(COMMISSIONED_TILTING)).unwrap();
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("maps/set_f_plant.toml");
+        assert_eq!(named, read_response_map(&file).unwrap());
+        // A scene whose motor was not commissioned, and the name in a folder where there is no such file.
+        for missing in ["set_g_plant", "nowhere/set_f_plant"] {
+            let error = read_response_map(Path::new(missing)).unwrap_err().one_line();
+            assert!(error.starts_with(&format!("error: cannot read {missing}: ")), "{error}");
         }
     }
 

@@ -19,6 +19,7 @@ use crate::report::OutputError;
 use crate::report::files;
 use crate::run_reports::position::{MoveCost, PictureTrace, ReportTrace};
 use crate::run_reports::{position as position_report, rate as rate_report};
+use crate::scene_files::COMMISSIONED_TILTING;
 use crate::studies::beside::BesideScene;
 use crate::studies::held_rates::{self, HeldRates};
 use crate::studies::positioning_trials::{
@@ -53,6 +54,16 @@ pub(super) struct PositionArgs {
 }
 
 impl PositionArgs {
+    /// What a newcomer sees: the hardest motor, moved by the map that commissioning has made of it.
+    pub(super) fn first_run() -> Self {
+        let motor = COMMISSIONED_TILTING;
+        progress::note(&format!(
+            "a motor that tilts and rubs on its pin, by the map that it was commissioned to: \
+             `host-sim position --scene {motor} --map {motor}`"
+        ));
+        Self { map: MapArgs::commissioned(motor), scene: SceneArgs::named(motor), ..Self::default() }
+    }
+
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.map.provide(self.scene.load(
             "position",

@@ -35,6 +35,11 @@ pub(super) struct AssignedArgs {
 }
 
 impl SceneArgs {
+    /// The scene of the gallery of this name, and nothing set beside it.
+    pub fn named(name: &str) -> Self {
+        Self { scene: Some(name.into()), ..Self::default() }
+    }
+
     /// The scene of `command`, with `flags` (key and value, if given) over everything else.
     ///
     /// # Errors

@@ -2,6 +2,9 @@
 //!
 //! A scene of the gallery is a file of the folder `scenes`. Its first line is a comment that says what to look at, the
 //! second one the command. `--scene` takes its name as well as a path.
+//!
+//! The motor of a scene may have been commissioned. Its response map is a file of the folder `maps`, named as the
+//! scene, and `--map` takes that name.
 
 use std::path::{Path, PathBuf};
 
@@ -90,6 +93,20 @@ pub const GALLERY: &[GalleryScene] = scenes! {
     "fault_hub_rub"
 };
 
+/// What `commission --scene NAME` has written as map.toml: the name, and the text.
+const COMMISSIONED: &[(&str, &str)] = &[(COMMISSIONED_TILTING, include_str!("../../maps/set_f_plant.toml"))];
+
+/// The scene of the gallery whose motor tilts and was commissioned: what the program shows when nothing is asked of it.
+pub const COMMISSIONED_TILTING: &str = "set_f_plant";
+
+/// The text of the map of the motor that the scene of this name draws by its own seed, if it was commissioned; `-` and
+/// `_` are alike.
+#[must_use]
+pub fn commissioned_map(name: &str) -> Option<&'static str> {
+    let name = name.replace('-', "_");
+    COMMISSIONED.iter().find(|map| map.0 == name).map(|map| map.1)
+}
+
 impl GalleryScene {
     /// The scene of this name; `-` and `_` are alike.
     #[must_use]
@@ -134,7 +151,7 @@ impl GalleryScene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use simulation::scene::Scene;
+    use simulation::scene::{Scene, parse_response_map};
 
     /// Each file of the folder is in the gallery, is a scene, and begins with what to look at and the command.
     #[test]
@@ -155,6 +172,21 @@ mod tests {
             let named = scene.command().contains(&format!("--scene {}", scene.name));
             assert!(begins && named, "{}: {}", scene.name, scene.command());
         }
+    }
+
+    /// Each commissioned map belongs to a scene, and is a map that its moves can be planned by.
+    #[test]
+    fn exact_commissioned_maps_serve_their_scenes() {
+        for (name, text) in COMMISSIONED {
+            let of_gallery = GalleryScene::named(name).unwrap();
+            let mut scene = Scene::default();
+            scene.set_all(of_gallery.text, &of_gallery.path()).unwrap();
+            let map = parse_response_map(text, &of_gallery.path()).unwrap();
+            assert!(scene.with_response_map(map).response_map().is_ok(), "{name}");
+            assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("maps/{name}.toml")).exists());
+        }
+        assert_eq!(commissioned_map("set-f-plant"), Some(COMMISSIONED[0].1));
+        assert_eq!(commissioned_map("set_f"), None);
     }
 
     #[test]
