@@ -248,6 +248,17 @@ mod tests {
         assert!((to_go_s.unwrap() - 3.5).abs() < 1e-5 && given_up);
     }
 
+    /// A window in which the variance falls begins the count of those in vain anew.
+    #[test]
+    fn exact_windows_in_vain_count_in_a_row() {
+        let mut watch = SettlingWatch::new(None);
+        let windows = [(1.0, false), (1.0, false), (0.5, false), (0.5, false), (0.5, true)];
+        for ((angle_rad2, given_up), n) in windows.into_iter().zip(0_u64..) {
+            let seen = Resting { angle: Angle::ZERO, angle_rad2 };
+            assert_eq!(watch.measure(0.1, 1e9, WINDOW, at(500_000_000 * n), &seen).1, given_up, "{n}");
+        }
+    }
+
     /// A variance that does not fall, and one below zero that is asked for.
     #[test]
     fn law_what_cannot_be_measured_is_noticed_in_two_windows() {

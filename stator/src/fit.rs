@@ -258,6 +258,17 @@ mod tests {
         assert!(residuals.iter().all(|value| (value + 0.5).abs() < 1e-9) && rounds <= ROUNDS_MAX);
     }
 
+    /// From a start at its limits no point lies beyond them: the differences are taken to the other side.
+    #[test]
+    fn exact_a_difference_at_a_limit_is_taken_inside() {
+        let mut f = |x: [f64; 3]| -> Result<_, ()> {
+            assert!(x.iter().all(|value| value.abs() <= 0.5), "{x:?}");
+            Ok((x.map(|value| value - 0.2), ()))
+        };
+        let (x, ..) = solve([0.5; 3], [(-0.5, 0.5); 3], 1e-9, |()| true, &mut f).unwrap();
+        assert!(x.iter().all(|value| (value - 0.2).abs() < 1e-9), "{x:?}");
+    }
+
     /// Steps into a region without a result are halved, a difference is taken to the other side, and a start without
     /// a result is moved. The first equation is concave, so that a Newton step from above goes past the root at -0.8.
     #[test]

@@ -109,7 +109,7 @@ fn law_what_cannot_end_in_time_ends_early() {
 
 /// Where the angle of a driven rotor is known to three degrees only, as with late frames, no cruise is begun that would
 /// be cut at once: after the first one bursts lead to the target. Far from the target the same angle
-/// ends no cruise.
+/// ends no cruise, and a move that follows begins with one.
 #[test]
 fn law_an_uncertain_angle_ends_no_cruise_for_ever() {
     for (target_mdeg, cruises) in [(-400.0, 1), (-37e3, 1), (37e3, 1)] {
@@ -137,6 +137,12 @@ fn law_an_uncertain_angle_ends_no_cruise_for_ever() {
         }
         assert_eq!(scenario.phase(), PositioningPhase::Holding, "{target_mdeg}");
         assert_eq!(begun, cruises, "{target_mdeg}");
+        // A new target is a new move, which may cruise.
+        let back_deg = 1e-3 * scenario.mdeg - (37.0_f64).copysign(target_mdeg);
+        scenario.positioning.retarget(Target::try_new(back_deg, 0.001).unwrap(), scenario.now);
+        scenario.rest();
+        scenario.rest();
+        assert!(matches!(scenario.phase(), PositioningPhase::Cruise { .. }), "{:?}", scenario.phase());
     }
 }
 

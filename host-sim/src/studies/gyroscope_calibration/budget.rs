@@ -115,3 +115,28 @@ impl Calibrations {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each cause has its own numbers: those stated in the order of the causes, those made by their names.
+    #[test]
+    fn exact_lines_are_of_their_causes() {
+        let lines =
+            lines([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0], [10.0, 30.0, 40.0, 50.0, 60.0, 45.0], [8.0, 80.0]);
+        let found: Vec<_> = lines.iter().map(|line| (line.cause, line.stated_ppm, line.made_ppm)).collect();
+        let expected = [
+            ("random walk", Some(1.0), Some(10.0)),
+            ("drift of the bias", Some(2.0), None),
+            ("reference", Some(3.0), Some(30.0)),
+            ("tilt and coning", Some(4.0), Some(40.0)),
+            ("misalignment", None, Some(45.0)),
+            ("non-linearity", Some(5.0), Some(50.0)),
+            ("temperature", Some(6.0), Some(60.0)),
+            ("camera's errors by angle", Some(7.0), None),
+            ("all", Some(8.0), Some(80.0)),
+        ];
+        assert_eq!(found, expected);
+    }
+}

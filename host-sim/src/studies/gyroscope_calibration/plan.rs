@@ -264,6 +264,17 @@ mod tests {
         assert!(sigma > expected && sigma < 1.06 * expected, "{sigma} {expected}");
     }
 
+    /// What the pilot has turned counts, also where no time is left: `N / (r sqrt(t))` of `t` at the rates `r` and `-r`.
+    #[test]
+    fn exact_the_time_of_the_pilot_counts() {
+        let n2 = 6.25e-6;
+        let turned = |rate_deg_s, turned_s| PilotDrive { turned_s, ..drive(rate_deg_s, n2) };
+        let drives = [turned(0.0, 20.0), turned(100.0, 10.0), turned(-100.0, 10.0)];
+        let (_, sigma) = best(&drives, 0.0);
+        let expected = math::sqrt(n2) / (100.0 * math::sqrt(20.0));
+        assert!((sigma / expected - 1.0).abs() < 1e-9, "{sigma} {expected}");
+    }
+
     /// A gyroscope whose non-linearity is as large as the error that is wanted needs more than time.
     #[test]
     fn exact_no_time_is_enough_where_non_linearity_stays() {
