@@ -330,6 +330,28 @@ fn law_a_silent_host_latches_the_drive_off() {
     bench.drive();
 }
 
+/// L5: ticks that were lost are time, in which the host was as silent.
+#[test]
+fn law_a_host_is_silent_through_lost_ticks() {
+    let mut bench = Bench::driving();
+    bench.exchange(&HostMessage::Count);
+    bench.board.record_lost_ticks(5);
+    assert!((5..SILENT_TICKS).all(|_| bench.board.tick().is_some()));
+    assert_eq!(bench.board.tick(), None);
+}
+
+/// The counters tell how deep the stack was.
+#[test]
+fn exact_the_counters_tell_the_stack() {
+    let mut bench = Bench::new();
+    bench.begin();
+    bench.board.record_stack(12_345);
+    let [BoardMessage::Counters(counters)] = bench.exchange(&HostMessage::Count)[..] else {
+        panic!("no counters")
+    };
+    assert_eq!(counters.stack_bytes_max, 12_345);
+}
+
 /// L5: a frame of any kind within the time keeps the loop going.
 #[test]
 fn law_a_host_that_sends_frames_is_not_silent() {
