@@ -182,3 +182,38 @@ impl MapFactors {
         self.turns.get(family)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Over motors a row spreads as the map says, and by the shape: a part is common to its table, the rest its own.
+    #[test]
+    fn exact_the_common_and_the_own_part_are_the_spread_of_a_row() {
+        let map = ResponseMap::table_1();
+        let evidence = CommissioningEvidence::default();
+        let measured = Measured { map, evidence: &evidence };
+        for (index, cruise) in map.cruises().iter().enumerate() {
+            let parts = measured.rate_common(cruise.mode) + measured.rate_row(index, cruise).own;
+            let whole = rate_spread(cruise) + RATE_SHAPE;
+            assert!((parts / whole - 1.0).abs() < 1e-6, "{index}: {parts} {whole}");
+        }
+    }
+
+    /// Windows that lie apart as is expected of them tell the rate as half as many independent ones would.
+    #[test]
+    fn exact_two_windows_count_as_one() {
+        let map = ResponseMap::table_1();
+        let mut evidence = CommissioningEvidence::default();
+        let (index, cruise) = (0, &map.cruises()[0]);
+        // Of n values at 1 + s and 1 - s the squares are n s^2; the expected variance is that of n - 1 of them.
+        let off = math::sqrt_f32(WINDOW_RIPPLE * 7.0 / 8.0);
+        for window in 0..8 {
+            let rate = 1.0 + if window % 2 == 0 { off } else { -off };
+            evidence.add_window(index, cruise, rate * cruise.rate_rad_s * 0.05, 0.0, 0.05);
+        }
+        let variance =
+            Measured { map, evidence: &evidence }.rate_row(index, cruise).measured.unwrap().variance;
+        assert!((variance / (WINDOW_RIPPLE / 4.0) - 1.0).abs() < 1e-4, "{variance}");
+    }
+}

@@ -274,6 +274,18 @@ mod tests {
         }
     }
 
+    /// Powers at which the rotor lies on the teeth are no part of the curve.
+    #[test]
+    fn exact_frequencies_without_a_bounce_are_left_out() {
+        let mut points = sweep(3.3, |_| 0.0);
+        for index in [0, 1, 11, 12] {
+            points[index].power_m2_s2 = 0.02 * PEAK_M2_S2 as f32;
+        }
+        let found = Resonance::of(DriveMode::B, &points).unwrap();
+        assert!((found.offset_hz + PULL[0].hz - 3.3).abs() < 1e-3, "{found:?}");
+        assert!((found.half_width_hz - 40.0).abs() < 1e-2 && found.fits, "{found:?}");
+    }
+
     /// With noise of the stated variance the error is a few of the stated standard deviations, and these are those of
     /// many sweeps: 200 of them know a standard deviation to a twentieth, and four of those are a fifth.
     #[test]

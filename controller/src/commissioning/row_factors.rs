@@ -282,6 +282,14 @@ mod tests {
         assert!(factors.row(&row(0.0025, None)).variance > 0.5);
     }
 
+    /// Rows of equal weight: the variance between rows is that of the means less what each row explains by itself.
+    #[test]
+    fn exact_the_variance_between_rows_is_what_is_not_explained() {
+        let rows = [0.5, 1.5, 2.5].map(|mean| row(0.0025, Some((mean, 0.0075))));
+        let factors = RowFactors::of(0.0064, rows.into_iter());
+        assert!((factors.extra - (1.0 - 0.01)).abs() < 1e-5, "{factors:?}");
+    }
+
     /// 1,000 motors of the prior, by the inverse of the normal law at even places: about 1 % are told to have another
     /// shape. The bound is four standard deviations of a count of 1,000 at 1 %.
     #[test]

@@ -57,7 +57,8 @@ fn law_the_reference_turns_at_the_rate_and_the_drive_follows_it() {
     }
 }
 
-/// A command is given since the tick that decided it first, and the drive is off since the tick that lost the estimate.
+/// A command is given since the tick that decided it first, for as long as the modes need to respond at least, and the
+/// drive is off since the tick that lost the estimate.
 #[test]
 fn exact_a_command_is_given_since_it_changed() {
     let at = |tick| Time::from_nanos(tick * crate::TICK_NANOS);
@@ -68,6 +69,9 @@ fn exact_a_command_is_given_since_it_changed() {
         let estimate = estimate(now, 0.0);
         let command = hold.decide(map(), now, Some(&estimate).filter(|_| !is_lost), Health::Good);
         if command != last.0 {
+            // A lost estimate switches off at once, and the drive goes on at once after it.
+            let held = now.nanos_since(last.1) >= RateTuning::default().hold_nanos;
+            assert!(held || (15_000..15_050).contains(&tick), "tick {tick}");
             last = (command, now);
             changes += 1;
         }
@@ -100,6 +104,10 @@ fn exact_a_rotor_ahead_is_left_alone_until_it_is_far_ahead() {
     assert_eq!(tuning.drive(map(), -1.0, 0.06).mode(), Some(DriveMode::B));
     assert_eq!(tuning.drive(map(), 0.1, 0.0), DriveCommand::OFF);
     assert_eq!(tuning.drive(map(), 0.1, 0.001).mode(), Some(DriveMode::B));
+    // However far ahead, it is driven back no more strongly than is allowed.
+    let back = RateTuning { amplitude_max: 0.5, ..tuning }.drive(map(), 1.0, -10.0);
+    assert_eq!(back.mode(), Some(DriveMode::C));
+    assert!((back.amplitude() - 0.5).abs() < 1e-4, "{back:?}");
 }
 
 /// While a profile rests the drive is off, and the next turn begins where the rotor came to rest, however far it
