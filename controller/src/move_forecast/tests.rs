@@ -138,3 +138,48 @@ fn law_the_floor_refuses_whatever_the_deadline() {
     assert!((least_mdeg / (3.86 * 2.1 / 0.95) - 1.0).abs() < 0.02, "{least_mdeg}");
     assert!(of(1.01 * least_mdeg).is_ok() && of(0.99 * least_mdeg).is_err());
 }
+
+/// Where frames come too late for a cruise.
+fn late_frames() -> PositioningTuning {
+    PositioningTuning { frame_wait_nanos: 10_000_000_000, ..PositioningTuning::default() }
+}
+
+/// The drives of a way are as long as the map has them. One burst brings a rotor from here to where it is near enough.
+#[test]
+fn exact_a_burst_takes_the_time_of_the_map() {
+    let map = ResponseMap::table_1();
+    for distance_rad in [-1e-3_f32, -0.02, 1e-4] {
+        let way = way(map, &late_frames(), distance_rad, 0.95 * distance_rad.abs(), |_| 0.0).unwrap();
+        let mode = if distance_rad > 0.0 { DriveMode::B } else { DriveMode::C };
+        let (_, burst) = burst(map, mode, 1.0, distance_rad.abs()).unwrap();
+        assert_eq!((way.drives, way.drive_s.to_bits()), (1, burst.seconds().to_bits()), "{distance_rad}");
+    }
+}
+
+/// Far away the longest bursts lead there, and their time spreads over motors as their turn.
+#[test]
+fn exact_the_time_of_far_bursts_spreads_as_their_turn() {
+    let map = ResponseMap::table_1();
+    let longest = map.burst(Family::Throw, f32::INFINITY, 1.0).unwrap();
+    // Nine of them, and one and a half are left.
+    let distance_rad = 10.5 * longest.turn_rad;
+    let way = way(map, &late_frames(), distance_rad, 0.99 * distance_rad, |_| 1.0).unwrap();
+    let expected_s = 9.0 * (longest.seconds() + 1.0) * longest.motors_sd_rad / longest.turn_rad;
+    assert_eq!(way.drives, 9);
+    assert!((way.far_sd_s / expected_s - 1.0).abs() < 1e-5, "{} {expected_s}", way.far_sd_s);
+}
+
+/// Three ways by the strongest cruise end alike: their times differ by the cruise. The drive of each is that and the
+/// same bursts, so that the second difference of the squared spreads is that of the squared times of the cruises, a
+/// fifth of which is the spread over motors.
+#[test]
+fn exact_the_time_of_a_cruise_spreads_by_a_fifth() {
+    let ways = [1.0, 2.0, 3.0].map(|part| forecast(10_000, 1200.0 * part, 1.0).unwrap());
+    let rate_rad_s = ResponseMap::table_1().strongest_cruise(DriveMode::B, 1.0).unwrap().rate_rad_s;
+    let cruise_s = 1200_f32.to_radians() / rate_rad_s;
+    let [near, middle, far] = ways.map(|way| way.time_s);
+    assert!((far - middle - cruise_s).abs() < 1e-4 && (middle - near - cruise_s).abs() < 1e-4, "{ways:?}");
+    let [near, middle, far] = ways.map(|way| way.time_sd_s * way.time_sd_s);
+    let expected_s2 = 0.2 * 0.2 * 2.0 * cruise_s * cruise_s;
+    assert!(((far - 2.0 * middle + near) / expected_s2 - 1.0).abs() < 1e-3, "{ways:?}");
+}
