@@ -264,7 +264,7 @@ mod tests {
         assert!(sigma > expected && sigma < 1.06 * expected, "{sigma} {expected}");
     }
 
-    /// What the pilot has turned counts, also where no time is left: `N / (r sqrt(t))` of `t` at the rates `r` and `-r`.
+    /// What the pilot has turned counts, also where no time is left: `N / (r sqrt(t))` of `t` at the rates r and -r.
     #[test]
     fn exact_the_time_of_the_pilot_counts() {
         let n2 = 6.25e-6;
