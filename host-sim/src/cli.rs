@@ -320,7 +320,7 @@ pub fn main() -> ExitCode {
     if cli.quiet {
         progress::be_quiet();
     }
-    match cli.command.unwrap_or_else(|| Command::Position(PositionArgs::first_run())).execute() {
+    match cli.command.map_or_else(PositionArgs::first_run, |command| command.execute()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if error.is_broken_pipe() => ExitCode::SUCCESS,
         Err(error) => {

@@ -213,8 +213,8 @@ impl PyScene {
         self.clone()
     }
 
-    /// The same scene with the response map by which its motor is driven: that of a file, or one that is made for its
-    /// design.
+    /// The same scene with the response map by which its motor is driven: that of a file or, by its name, of a
+    /// commissioned motor of the gallery (`set_f_plant`), or one that is made for its design.
     ///
     /// A run makes the map of a design other than Table 1's by itself, in seconds: make it once for many runs.
     #[pyo3(signature = (path=None))]

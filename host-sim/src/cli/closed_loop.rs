@@ -54,14 +54,16 @@ pub(super) struct PositionArgs {
 }
 
 impl PositionArgs {
-    /// What a newcomer sees: the hardest motor, moved by the map that commissioning has made of it.
-    pub(super) fn first_run() -> Self {
+    /// Shows a newcomer the hardest motor, moved by the map that commissioning has made of it, and says so.
+    pub(super) fn first_run() -> Result<(), CommandError> {
         let motor = COMMISSIONED_TILTING;
         progress::note(&format!(
             "a motor that tilts and rubs on its pin, by the map that it was commissioned to: \
              `host-sim position --scene {motor} --map {motor}`"
         ));
-        Self { map: MapArgs::commissioned(motor), scene: SceneArgs::named(motor), ..Self::default() }
+        let args =
+            Self { map: MapArgs::commissioned(motor), scene: SceneArgs::named(motor), ..Self::default() };
+        args.execute()
     }
 
     pub(super) fn execute(&self) -> Result<(), CommandError> {

@@ -99,12 +99,11 @@ const COMMISSIONED: &[(&str, &str)] = &[(COMMISSIONED_TILTING, include_str!("../
 /// The scene of the gallery whose motor tilts and was commissioned: what the program shows when nothing is asked of it.
 pub const COMMISSIONED_TILTING: &str = "set_f_plant";
 
-/// The text of the map of the motor that the scene of this name draws by its own seed, if it was commissioned; `-` and
-/// `_` are alike.
+/// The text of the map of the motor that the scene of this name draws by its own seed, if it was commissioned.
 #[must_use]
 pub fn commissioned_map(name: &str) -> Option<&'static str> {
-    let name = name.replace('-', "_");
-    COMMISSIONED.iter().find(|map| map.0 == name).map(|map| map.1)
+    let scene = GalleryScene::named(name)?;
+    COMMISSIONED.iter().find(|map| map.0 == scene.name).map(|map| map.1)
 }
 
 impl GalleryScene {
