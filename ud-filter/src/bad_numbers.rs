@@ -223,7 +223,7 @@ fn law_a_state_replaced_leaves_its_bad_numbers_with_the_others() {
         p.inflate::<2>(bad);
         assert!(p.variances().iter().take(2).all(|variance| !variance.is_finite()), "{p:?}");
         let mut p = correlated::<f64>();
-        p.add_effect(3, 1, &[bad]);
+        p.add_effects(1, &[(3, [bad])]);
         assert!(!p.variances()[1].is_finite() && none_is_smaller(&correlated(), &p), "{p:?}");
     }
 }

@@ -54,6 +54,9 @@ pub use sparse_row::{SparseRow, WhitenedMeasurement};
 /// Up to so many states the chain of divisions determines the time. Above, several divisions are prepared together.
 const FEW_STATES: usize = 3;
 
+/// Up to so many states a column is straight-line code.
+const UNROLLED_STATES: usize = 12;
+
 /// A matrix by columns.
 pub type Columns<T, const N: usize> = [[T; N]; N];
 
@@ -140,8 +143,11 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     pub fn trace(&self) -> T {
         let mut sum = T::zero();
         for (j, (column, &weight)) in self.unit.iter().zip(&self.weights).enumerate() {
-            let rows = column.iter().take(j + 1);
-            sum += weight * rows.fold(T::zero(), |sum, &u| sum + u * u);
+            // Four at a time, the zeros below the diagonal among them.
+            let (fours, rest) = column.as_chunks::<4>();
+            let whole = fours.iter().take(j / 4 + 1);
+            let squares = whole.fold(T::zero(), |sum, &[a, b, c, d]| sum + (a * a + b * b) + (c * c + d * d));
+            sum += weight * rest.iter().fold(squares, |sum, &u| sum + u * u);
         }
         sum
     }

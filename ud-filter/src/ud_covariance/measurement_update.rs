@@ -4,7 +4,7 @@ mod gated_update;
 
 use nalgebra::SVector;
 
-use super::{FEW_STATES, UdCovariance, for_columns};
+use super::{FEW_STATES, UNROLLED_STATES, UdCovariance, for_columns};
 use crate::real::{Real, is_finite, reciprocal_of_sum};
 
 pub use gated_update::{InnovationRecord, Outcome};
@@ -239,10 +239,19 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         // While the sum is zero so is b, and the column does not change.
         let slope = sweep.per_sum.map_or(T::zero(), |per| f * per);
         *weight *= per_sum.map_or(T::one(), |per| sweep.sum * per);
-        for (u, b) in column.iter_mut().zip(&mut sweep.b).take(j) {
+        let pass = |(u, b): (&mut T, &mut T)| {
             let old = *u;
             *u -= slope * *b;
             *b += g * old;
+        };
+        if N > UNROLLED_STATES && N.is_multiple_of(4) {
+            // Four rows at a time. On the diagonal, whose one stays, and below it b is still zero, and so is U below it.
+            let fours = column.as_chunks_mut::<4>().0.iter_mut().zip(sweep.b.as_chunks_mut::<4>().0);
+            for (us, bs) in fours.take(j / 4 + 1) {
+                us.iter_mut().zip(bs).for_each(pass);
+            }
+        } else {
+            column.iter_mut().zip(&mut sweep.b).take(j).for_each(pass);
         }
         if let Some(u) = state.filter(|&state| state < j).and_then(|state| column.get_mut(state)) {
             *u = sweep.per_sum.map_or(f, |per| f * (p.noise * per));

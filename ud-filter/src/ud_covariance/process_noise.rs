@@ -30,7 +30,7 @@ mod one_column;
 
 use nalgebra::SVector;
 
-use super::{FEW_STATES, UdCovariance, for_columns};
+use super::{FEW_STATES, UNROLLED_STATES, UdCovariance, for_columns};
 use crate::real::{Real, is_finite, total};
 use one_column::{VarianceLeft, add_to_dwarfed_column, move_column, take_share};
 
@@ -56,9 +56,6 @@ pub struct NoiseSource<T, const N: usize> {
     /// Variance over the step, not negative.
     pub variance: T,
 }
-
-/// Up to so many states a column is straight-line code.
-const UNROLLED_STATES: usize = 12;
 
 /// Whether the processor works on many instructions at once, as those of 64 bits do.
 const SOURCE_BY_SOURCE: bool = cfg!(target_pointer_width = "64");
@@ -93,6 +90,18 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         } else {
             self.add_column_by_column(sources);
         }
+    }
+
+    /// `P_kk <- P_kk + variance` for each state `k`: [`Self::add_noise`] of sources that act on one state each. A state
+    /// that does not exist takes none.
+    #[inline]
+    pub fn add_state_noise<const M: usize>(&mut self, noise: &[(usize, T); M]) {
+        let mut arriving = [SourceSweep { gain: [T::zero(); N], left: VarianceLeft::all_of(T::zero()) }; M];
+        for (source, &(state, variance)) in arriving.iter_mut().zip(noise) {
+            source.left = VarianceLeft::all_of(not_negative(variance));
+            source.gain.iter_mut().skip(state).take(1).for_each(|entry| *entry = T::one());
+        }
+        for_columns!(down from N, |j| self.add_to_column(j, &mut arriving));
     }
 
     #[inline]
@@ -205,12 +214,17 @@ pub(crate) fn are_usable<T: Real, const N: usize, const M: usize>(sources: &[Noi
     is_finite(total(&sums) + variances) && sources.iter().all(|source| source.variance >= T::zero())
 }
 
+/// A variance, or zero if it is negative. NaN stays, to be told.
+#[inline]
+fn not_negative<T: Real>(variance: T) -> T {
+    if variance <= T::zero() { T::zero() } else { variance }
+}
+
 impl<T: Real, const N: usize> SourceSweep<T, N> {
     #[inline]
     fn new(source: NoiseSource<T, N>) -> Self {
         let [gain] = source.gain.data.0;
-        let variance = if source.variance <= T::zero() { T::zero() } else { source.variance };
-        Self { gain, left: VarianceLeft::all_of(variance) }
+        Self { gain, left: VarianceLeft::all_of(not_negative(source.variance)) }
     }
 
     #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
@@ -244,6 +258,21 @@ mod tests {
 
     use super::*;
     use crate::Dense;
+
+    /// Noise on single states adds to their variances alone, whatever the order in which they are named; a state that
+    /// does not exist takes none, and a negative variance adds nothing.
+    #[test]
+    fn exact_state_noise_adds_to_the_diagonal() {
+        let root = SMatrix::<f64, 14, 14>::from_fn(|i, j| ((3 * i + 5 * j) as f64).sin());
+        let before = root * root.transpose() + SMatrix::identity() * 0.1;
+        let mut p = UdCovariance::from_covariance(&before).unwrap();
+        p.add_state_noise(&[(13, 0.5), (2, 3.0), (0, 0.25), (7, -1.0), (14, 9.0)]);
+        let mut expected = before;
+        for (state, variance) in [(13, 0.5), (2, 3.0), (0, 0.25)] {
+            expected[(state, state)] += variance;
+        }
+        assert!((p.covariance() - expected).abs().max() < 1e-12 * expected.abs().max());
+    }
 
     /// A transition that forgets nearly all of a state leaves a column of U that is as large as its weight is small.
     /// The noise that follows has the covariance of the two sums, by matrices: 1 part in 10^12 of the largest entries.

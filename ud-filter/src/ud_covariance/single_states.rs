@@ -9,16 +9,29 @@ use super::{NoiseSource, UdCovariance};
 use crate::real::Real;
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
-    /// `x_i <- x_i + e x_k` for the `L` states `i` from `first` on, each with its own `e` of `effect`; all of them
-    /// before `k`.
+    /// `x_i <- x_i + sum of e x_k` for the `L` states `i` from `first` on, over the `M` effects: each has a state `k`
+    /// after those, and an `e` for each `i`.
+    ///
+    /// A column is fetched and stored once for all effects: put those together whose states are near each other.
     #[inline]
-    pub fn add_effect<const L: usize>(&mut self, k: usize, first: usize, effect: &[T; L]) {
-        for column in self.unit.get_mut(k..).unwrap_or_default() {
-            let Some(&amount) = column.get(k) else { return };
-            let rows = column.get_mut(first..).and_then(|from| from.first_chunk_mut::<L>());
-            for (entry, &e) in rows.into_iter().flatten().zip(effect) {
-                *entry += e * amount;
+    pub fn add_effects<const L: usize, const M: usize>(
+        &mut self,
+        first: usize,
+        effects: &[(usize, [T; L]); M],
+    ) {
+        let from = effects.iter().fold(N, |from, (k, _)| from.min(*k));
+        for column in self.unit.get_mut(from..).unwrap_or_default() {
+            let Some((head, later)) = column.split_at_mut_checked(first + L) else { return };
+            let Some(rows) = head.last_chunk_mut::<L>() else { return };
+            let mut sums = *rows;
+            for (k, effect) in effects {
+                // Zero in the columns before that of the state.
+                let amount = later.get(k.wrapping_sub(first + L)).copied().unwrap_or_default();
+                for (sum, &e) in sums.iter_mut().zip(effect) {
+                    *sum += e * amount;
+                }
             }
+            *rows = sums;
         }
     }
 
@@ -108,10 +121,12 @@ mod tests {
             let effect = SVector::<f64, 6>::from_column_slice(&effect);
 
             let (mut map, mut ud) = (Dense::identity(), factors);
+            let later = 3 + (k - 2) % 3;
             for i in 1..3 {
                 map[(i, k)] += effect[i];
+                map[(i, later)] += effect[i + 2];
             }
-            ud.add_effect(k, 1, &[effect[1], effect[2]]);
+            ud.add_effects(1, &[(k, [effect[1], effect[2]]), (later, [effect[3], effect[4]])]);
             prop_assert!(close(&ud.covariance(), &(map * p * map.transpose())));
             prop_assert!((factors.trace() - p.trace()).abs() < 1e-9 * (1.0 + p.abs().max()));
 

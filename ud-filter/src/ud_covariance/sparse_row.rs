@@ -49,7 +49,7 @@ impl<T: Real, const FIRST: usize, const LEAD: usize, const LAST: usize> SparseRo
 
 /// A measurement `h'x + noise`, by its row `U' h`.
 pub struct WhitenedMeasurement<'a, T, const N: usize> {
-    /// `U' h`, of [`UdCovariance::whitened`].
+    /// `U' h`, of [`UdCovariance::whiten`].
     pub row: &'a [T; N],
     /// Its variance, positive.
     pub noise: T,
@@ -92,13 +92,14 @@ impl<T: Real> MeasurementSweep<T> {
 }
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
-    /// `f = U' row` of each row. The covariance of `row . x` and `other . x` is the sum of `D f f_other`.
+    /// Sets `whitened` to `f = U' row` of each row. The covariance of `row . x` and `other . x` is the sum of
+    /// `D f f_other`.
     #[inline]
-    pub fn whitened<const FIRST: usize, const LEAD: usize, const LAST: usize, const M: usize>(
+    pub fn whiten<const FIRST: usize, const LEAD: usize, const LAST: usize, const M: usize>(
         &self,
         rows: [&SparseRow<T, FIRST, LEAD, LAST>; M],
-    ) -> [[T; N]; M] {
-        let mut whitened = [[T::zero(); N]; M];
+        whitened: &mut [[T; N]; M],
+    ) {
         for (j, column) in self.unit.iter().enumerate() {
             let Some((lead, last)) = SparseRow::<T, FIRST, LEAD, LAST>::of(column) else { continue };
             let mut sums = [T::zero(); M];
@@ -118,7 +119,6 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
                 *to = sum;
             }
         }
-        whitened
     }
 
     /// `U y` within the support: from independent errors `y` to those of the states.
@@ -150,7 +150,9 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         variance: T,
     ) {
         const { assert!(FIRST > 0, "the support excludes the first state") };
-        let [f] = self.whitened([row]);
+        let mut whitened = [[T::zero(); N]];
+        self.whiten([row], &mut whitened);
+        let [f] = whitened;
         let others = self.unit.get_mut(1..).unwrap_or_default();
         for (column, &f) in others.iter_mut().zip(f.get(1..).unwrap_or_default()) {
             if let Some(first) = column.first_mut() {
@@ -189,18 +191,19 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
             return errors;
         }
         self.weights = weights;
-        let [b, c] = self.sweep_pair(&slopes);
+        let (mut b, mut c) = ([T::zero(); N], [T::zero(); N]);
+        self.sweep_pair(&slopes, &mut b, &mut c);
         for (error, (b, c)) in errors.iter_mut().zip(b.into_iter().zip(c)) {
             *error = b * by_first + c * by_second;
         }
         errors
     }
 
-    /// U after two measurements of these slopes. Returns `P h` of each, with the covariance before that measurement.
+    /// U after two measurements of these slopes. Adds to `b` and `c`, which are zero, `P h` of each, with the covariance
+    /// before that measurement.
     #[inline]
-    fn sweep_pair(&mut self, slopes: &[[Slope<T>; 2]; N]) -> [[T; N]; 2] {
+    fn sweep_pair(&mut self, slopes: &[[Slope<T>; 2]; N], b: &mut [T; N], c: &mut [T; N]) {
         const { assert!(N.is_multiple_of(4), "columns of four at a time") };
-        let (mut b, mut c) = ([T::zero(); N], [T::zero(); N]);
         for (j, (column, &[first, second])) in self.unit.iter_mut().zip(slopes).enumerate() {
             let fours = column.as_chunks_mut::<4>().0.iter_mut();
             let sums = b.as_chunks_mut::<4>().0.iter_mut().zip(c.as_chunks_mut::<4>().0);
@@ -214,7 +217,6 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
                 }
             }
         }
-        [b, c]
     }
 }
 
@@ -258,7 +260,9 @@ mod tests {
         ) {
             let (p, factors) = pair(&numbers);
             let (row, full) = row(entries);
-            let [f] = factors.whitened([&row]);
+            let mut whitened = [[0.0; 8]];
+            factors.whiten([&row], &mut whitened);
+            let [f] = whitened;
             let expected = factors.unit_factor().transpose() * full;
             prop_assert!((SVector::from(f) - expected).abs().max() < 1e-12 * (1.0 + expected.abs().max()));
 
@@ -293,7 +297,9 @@ mod tests {
         ) {
             let (_, factors) = pair(&numbers);
             let ((first, first_full), (second, second_full)) = (row(one), row(other));
-            let [f, w] = factors.whitened([&first, &second]);
+            let mut whitened = [[0.0; 8]; 2];
+            factors.whiten([&first, &second], &mut whitened);
+            let [f, w] = whitened;
             let mut at_once = factors;
             let errors = at_once.update_pair([
                 WhitenedMeasurement { row: &f, noise: noise[0], innovation: innovation[0] },

@@ -1,16 +1,20 @@
 //! Prediction of the stator filter's covariance, `P <- F P F' + Q`, when a measurement or a change of states needs it.
 //!
-//! F is block diagonal in the modes, plus a column a parameter: the sensitivities of [`super::sensitivity`]. Each
-//! column is added to the factors by `UdCovariance::add_effect`. Q is white noise of each mode's velocity and of the
-//! height.
+//! F is block diagonal in the modes, plus a column a parameter: the sensitivities of [`super::sensitivity`]. The
+//! columns are added to the factors by [`ud_filter::UdCovariance::add_effects`]. Q is white noise of each mode's
+//! velocity and of the height.
+//!
+//! A measurement of a state that is constant, with noise of its own, needs no prediction: the order of the two changes
+//! nothing. It updates the covariance of the earlier instant, and [`StatorFilter::carry_errors`] gives the present
+//! errors by the same F.
 
 use motor_model::Real;
 use nalgebra::{Matrix2, Vector2};
-use ud_filter::{Blocks2, NoiseSource};
+use ud_filter::Blocks2;
 
 use super::checked_motor::PERIOD_S;
 use super::sensitivity::{ModeSensitivities, SENSITIVITY_PERIODS};
-use super::states::{DRIVE_PHASE, HEIGHT, MODE_PARAMETER_RANGES, MODES, unit};
+use super::states::{DRIVE_PHASE, Errors, HEIGHT, MODES, STIFFNESSES};
 use super::stator::StatorFilter;
 
 impl<T: Real> StatorFilter<T> {
@@ -25,24 +29,47 @@ impl<T: Real> StatorFilter<T> {
         }
         let [a, b, c] = self.sensitivities.map(|mode| mode.transition);
         self.covariance.carry_first::<8, 4>(&Blocks2([Matrix2::identity(), a, b, c]));
-        for (m, (mode, (first, count))) in self.sensitivities.iter().zip(MODE_PARAMETER_RANGES).enumerate() {
-            let columns = [mode.stiffness, mode.damping, mode.amplitude];
-            for (state, column) in
-                (first..first + count).zip(columns).chain([(DRIVE_PHASE, mode.drive_phase)])
-            {
-                self.covariance.add_effect(state, MODES + 2 * m, &[column.x, column.y]);
-            }
-        }
+        let (of_a, [of_b, of_c]) = self.parameter_columns();
+        self.covariance.add_effects(MODES, &of_a);
+        self.covariance.add_effects(MODES + 2, &of_b);
+        self.covariance.add_effects(MODES + 4, &of_c);
         let [a, b, c] = self.velocity_noise_m2_s3.map(|noise| noise * self.unpredicted_s);
-        let noise = |state: usize, variance: T| NoiseSource { gain: unit(state), variance };
-        let sources = [
-            noise(MODES + 1, a),
-            noise(MODES + 3, b),
-            noise(MODES + 5, c),
-            noise(HEIGHT, self.height_noise_m2_s * self.unpredicted_s),
-        ];
-        self.covariance.add_noise(&sources);
+        let of_height = self.height_noise_m2_s * self.unpredicted_s;
+        self.covariance.add_state_noise(&[
+            (MODES + 1, a),
+            (MODES + 3, b),
+            (MODES + 5, c),
+            (HEIGHT, of_height),
+        ]);
         self.reset_sensitivities();
+    }
+
+    /// `F e`: the present errors of states whose errors were `errors` when the covariance was last predicted.
+    pub(super) fn carry_errors(&mut self, errors: &mut Errors<T>) {
+        if self.pending_periods > 0 {
+            self.step_sensitivities();
+        }
+        let [a, b, c] = self.sensitivities.map(|mode| mode.transition);
+        let (of_a, [of_b, of_c]) = self.parameter_columns();
+        carry_mode(errors, MODES, &a, &of_a);
+        carry_mode(errors, MODES + 2, &b, &of_b);
+        carry_mode(errors, MODES + 4, &c, &of_c);
+    }
+
+    /// The columns of F of the parameters that act on mode A, and on each of the driven modes B and C.
+    #[inline]
+    fn parameter_columns(&self) -> ([ParameterColumn<T>; 2], [[ParameterColumn<T>; 4]; 2]) {
+        let ([a, b, c], [of_a, of_b, of_c]) = (&self.sensitivities, STIFFNESSES);
+        let driven = |mode: &ModeSensitivities<T>, first: usize| {
+            [
+                (first, mode.stiffness.into()),
+                (first + 1, mode.damping.into()),
+                (first + 2, mode.amplitude.into()),
+                (DRIVE_PHASE, mode.drive_phase.into()),
+            ]
+        };
+        let [stiffness, damping, ..] = driven(a, of_a);
+        ([stiffness, damping], [driven(b, of_b), driven(c, of_c)])
     }
 
     /// The covariance belongs to the present: nothing is left to be predicted.
@@ -85,5 +112,79 @@ impl<T: Real> StatorFilter<T> {
             mode.drive_phase += push * quadrature;
         }
         self.unpredicted_s += h * count;
+    }
+}
+
+/// A parameter's state, and its effect on displacement and velocity of a mode: a column of F.
+type ParameterColumn<T> = (usize, [T; 2]);
+
+/// The errors of the mode whose displacement is state `first`, carried by its transition and its parameters' columns.
+fn carry_mode<T: Real>(
+    errors: &mut Errors<T>,
+    first: usize,
+    transition: &Matrix2<T>,
+    columns: &[ParameterColumn<T>],
+) {
+    let error = |state: usize| errors.as_slice().get(state).copied().unwrap_or_default();
+    let own = transition * Vector2::new(error(first), error(first + 1));
+    let moved = columns.iter().fold(own, |sum, &(state, column)| sum + Vector2::from(column) * error(state));
+    for (to, &error) in errors.as_mut_slice().iter_mut().skip(first).zip(moved.iter()) {
+        *to = error;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use motor_model::{DriveCommand, DriveMode, MotorParams, Time};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::filters::twin::checked_motor::{CheckedMotor, PERIOD_NANOS};
+    use crate::filters::twin::states::{JUMP, STATES};
+    use crate::filters::twin::tuning::TwinTuning;
+    use crate::instruments::Instruments;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// The jump is measured after any number of periods, in either mode: the covariance of the impact, updated and
+        /// then predicted, with the errors carried, is the covariance predicted and then updated, with its errors.
+        #[test]
+        fn dual_a_constant_state_is_measured_before_the_prediction_as_after_it(
+            mode in prop_oneof![Just(DriveMode::B), Just(DriveMode::C)],
+            periods in 1..60_u64,
+            effect in proptest::array::uniform7(-1.0..1.0_f64),
+            jump_m_s in 1e-4..1e-2_f64,
+        ) {
+            let params = MotorParams::nominal();
+            let motor = CheckedMotor::<f64>::try_new(&params).unwrap();
+            let mut stator = StatorFilter::at_rest(&motor, &TwinTuning::new(&params, &Instruments::default()));
+            let command = DriveCommand::full(mode);
+            stator.advance(Time::ZERO, command);
+            stator.advance(Time::from_micros(1000), command);
+            stator.predict_covariance();
+            stator.covariance.replace_state(JUMP, 1e-6);
+            stator.covariance.add_effects(HEIGHT, &[(JUMP, effect)]);
+            stator.advance(Time::from_nanos(1_000_000 + periods * PERIOD_NANOS), command);
+
+            let (mut before, mut after) = (stator.clone(), stator);
+            let (mut carried, mut expected) = (Errors::zeros(), Errors::zeros());
+            before.covariance.update_state::<JUMP>(4e-7, jump_m_s, &mut carried).unwrap();
+            before.carry_errors(&mut carried);
+            before.predict_covariance();
+            after.predict_covariance();
+            after.covariance.update_state::<JUMP>(4e-7, jump_m_s, &mut expected).unwrap();
+
+            // Rounding: each state in units of its standard deviation.
+            let deviations = after.covariance.variances().map(f64::sqrt);
+            let (ours, theirs) = (before.covariance.covariance(), after.covariance.covariance());
+            for i in 0..STATES {
+                prop_assert!((carried[i] - expected[i]).abs() < 1e-9 * deviations[i], "{i}: {} {}", carried[i], expected[i]);
+                for j in 0..STATES {
+                    let unit = deviations[i] * deviations[j];
+                    prop_assert!((ours[(i, j)] - theirs[(i, j)]).abs() < 1e-9 * unit, "{i} {j}");
+                }
+            }
+        }
     }
 }

@@ -25,13 +25,13 @@ use motor_model::Real;
 use nalgebra::Vector3;
 use ud_filter::WhitenedMeasurement;
 
-use super::association::Association;
+use super::association::{Association, PairHypothesis};
 use super::measured_impact::{ExplainedImpact, MeasuredImpact, UnassociatedImpact, Uncertain};
 use super::modes_at::ModesAt;
 use super::states::{Errors, HEIGHT, INSTANT, JUMP, MASS_RATIO, Row, TOOTH_ANGLE, TOOTH_VELOCITY, set_entry};
 use super::stator::StatorFilter;
 use super::tooth::{Tooth, by_amplitude, by_angle};
-use super::tuning::{ContactTuning, TwinTuning};
+use super::tuning::TwinTuning;
 
 impl<T: Real> StatorFilter<T> {
     /// Updates the stator by an impact within the last period, and applies the transition.
@@ -50,9 +50,15 @@ impl<T: Real> StatorFilter<T> {
         self.covariance.replace_state(JUMP, impact.jump_m2_s2);
         let instant_s2 = impact.within_s * impact.within_s * T::from_f64(1.0 / 12.0);
         self.covariance.replace_state(INSTANT, self.told.instant_s2(instant_s2));
-        let Association { pair, second_order, errors, innovation, misfit } =
-            self.associate(impact, contact)?;
-        let errors = self.update_by_pair(impact, pair, second_order, &errors, contact);
+        let mut hypotheses = [PairHypothesis::of(0), PairHypothesis::of(1)];
+        let Association { pair, second_order, next_errors, innovation, misfit } =
+            self.associate(impact, &mut hypotheses, contact)?;
+        let [of_zero, of_one] = &mut hypotheses;
+        let hypothesis = if pair == 0 { of_zero } else { of_one };
+        if let Some(errors) = next_errors {
+            self.linearise(hypothesis, impact, &errors, contact);
+        }
+        let errors = self.update_by_pair(impact, hypothesis, second_order);
         self.jump_m_s = impact.jump_m_s;
         self.correct(&errors);
         let instant_s = errors.as_slice().get(INSTANT).copied().unwrap_or_default();
@@ -66,17 +72,14 @@ impl<T: Real> StatorFilter<T> {
         Ok(ExplainedImpact { back, jump, tooth_velocity, innovation, misfit })
     }
 
-    /// Kalman update by gap and approach of `pair`, linearised about `errors`; returns the errors that they imply.
+    /// Kalman update by gap and approach of a pair; returns the errors that they imply.
     #[inline(never)]
     fn update_by_pair(
         &mut self,
         impact: &MeasuredImpact<T>,
-        pair: usize,
+        hypothesis: &PairHypothesis<T>,
         second_order: [T; 2],
-        errors: &Row<T>,
-        contact: &ContactTuning<T>,
     ) -> Errors<T> {
-        let hypothesis = self.pair_hypothesis(impact, pair, errors, contact);
         let ([gap, approach], [f, g], [beside_gap, beside_approach]) =
             (&hypothesis.measurements, &hypothesis.whitened, second_order);
         let mut errors = self.covariance.update_pair([
@@ -125,16 +128,10 @@ impl<T: Real> StatorFilter<T> {
         let mut by_jump = recoiled(&tooth.recoil, mass_ratio);
         let mut by_instant = since.column(&tooth.recoil, mass_ratio * jump, |r| [r.s_rate, r.s_acceleration]);
         (by_jump[0], by_instant[0]) = (back_s, -jump);
-        // From the last column to the first, since each reads what the ones before it have not yet changed.
-        for (state, column) in [
-            (TOOTH_ANGLE, by_tooth_angle),
-            (tooth.amplitude_state, by_pair_amplitude),
-            (MASS_RATIO, by_mass_ratio),
-            (JUMP, by_jump),
-            (INSTANT, by_instant),
-        ] {
-            self.covariance.add_effect(state, HEIGHT, &column);
-        }
+        let of_tooth = [(tooth.amplitude_state, by_pair_amplitude), (TOOTH_ANGLE, by_tooth_angle)];
+        self.covariance.add_effects(HEIGHT, &of_tooth);
+        self.covariance.add_effects(HEIGHT, &[(MASS_RATIO, by_mass_ratio)]);
+        self.covariance.add_effects(HEIGHT, &[(INSTANT, by_instant), (JUMP, by_jump)]);
         let [height, g_a, v_a, g_b, v_b, g_c, v_c] = by_jump.map(|entry| entry * jump);
         self.state.modes.displacement_m += Vector3::new(g_a, g_b, g_c);
         self.state.modes.velocity_m_s += Vector3::new(v_a, v_b, v_c);

@@ -28,12 +28,14 @@ use crate::vibrometer::impact_detector::Flight;
 
 impl<T: Real> StatorFilter<T> {
     /// Updates the stator by the last impact's jump as the flight after it gives it; returns the corrections.
+    ///
+    /// The jump stays as it is, so the covariance is updated as of its last prediction.
     #[inline(never)]
     fn update_jump(&mut self, jump: Uncertain<T>) -> Errors<T> {
-        self.predict_covariance();
         let mut errors = Errors::zeros();
         let innovation = jump.value - self.jump_m_s;
         let _ = self.covariance.update_state::<JUMP>(jump.variance, innovation, &mut errors);
+        self.carry_errors(&mut errors);
         self.correct(&errors);
         errors
     }
@@ -66,7 +68,7 @@ impl<T: Real> TwinFilter<T> {
     pub(super) fn refine_jump(&mut self, first: Uncertain<T>, flight: &Flight<T>) {
         let again = second_measurement(first, flight, self.sample_m2_s2());
         let errors = self.stator.update_jump(again);
-        if !self.stator.is_sound() {
+        if !self.stator.has_sound_estimates() {
             return self.restart_stator();
         }
         let correction = |state: usize| errors.get(state).copied().unwrap_or_default();

@@ -12,7 +12,7 @@ use motor_model::{ModalState, Phase, Real, Time};
 
 use super::checked_motor::PERIOD_NANOS;
 use super::sensitivity::InputSums;
-use super::states::{AT_REST, Errors, HEIGHT, INSTANT, MODES, unit};
+use super::states::{AT_REST, Errors, HEIGHT, INSTANT, MODES};
 use super::stator::StatorFilter;
 
 /// Standard deviations of a driven motion: each mode's displacement in m and velocity in m/s. Some 30 um and 1 m/s are
@@ -48,10 +48,16 @@ impl<T: Real> StatorFilter<T> {
         self.predict_covariance();
         self.at_rest = false;
         let square = |x: f64| T::from_f64(x * x);
-        for (state, deviation) in (MODES..).zip(DRIVEN_MOTION) {
-            self.covariance.add_rank_one(&unit(state), square(deviation));
-        }
-        self.covariance.add_rank_one(&unit(HEIGHT), square(DRIVEN_HEIGHT_M));
+        let [g_a, v_a, g_b, v_b, g_c, v_c] = DRIVEN_MOTION.map(square);
+        self.covariance.add_state_noise(&[
+            (MODES, g_a),
+            (MODES + 1, v_a),
+            (MODES + 2, g_b),
+            (MODES + 3, v_b),
+            (MODES + 4, g_c),
+            (MODES + 5, v_c),
+            (HEIGHT, square(DRIVEN_HEIGHT_M)),
+        ]);
     }
 
     /// The rotor lies on the teeth of a stator at rest: motion and height are known to be zero; the parameters remain.

@@ -58,9 +58,8 @@ pub(super) const TOOTH_ANGLE: usize = 22;
 /// Phase of the drive.
 pub(super) const DRIVE_PHASE: usize = 23;
 
-/// First index and number of each mode's parameters.
-pub(super) const MODE_PARAMETER_RANGES: [(usize, usize); 3] =
-    [(MODE_PARAMETERS, 2), (MODE_PARAMETERS + 2, 3), (MODE_PARAMETERS + 5, 3)];
+/// Stiffness of each mode; its damping follows and, in modes B and C, its driven amplitude.
+pub(super) const STIFFNESSES: [usize; 3] = [MODE_PARAMETERS, MODE_PARAMETERS + 2, MODE_PARAMETERS + 5];
 
 /// Standard deviation of a motion that is known to be zero, in SI units of the state: assumed, see the module's head.
 pub(super) const AT_REST: f64 = 1e-8;
@@ -94,15 +93,6 @@ pub(super) fn set_entry<T: Real>(row: &mut Row<T>, state: usize, value: T) {
     if let Some(entry) = place {
         *entry = value;
     }
-}
-
-/// The unit vector of a state.
-pub(super) fn unit<T: Real>(state: usize) -> Errors<T> {
-    let mut unit = Errors::zeros();
-    if let Some(entry) = unit.get_mut(state) {
-        *entry = T::one();
-    }
-    unit
 }
 
 /// Variances of a stator at rest whose parameters are known to their prior.

@@ -35,13 +35,14 @@ use super::tuning::TwinTuning;
 const LEAST_AMPLITUDE_M: f64 = 2e-6;
 
 /// Bounds of [`StatorFilter::is_sound`], far beyond what any drive does: square of a mode's amplitude (1 mm), height,
-/// parameters as parts, and the trace of the covariance in the squares of the states' units.
+/// root of the sum of the squares of the parameters as parts, and the trace of the covariance in the squares of the
+/// states' units.
 const AMPLITUDE_MAX_M2: f64 = 1e-6;
 const HEIGHT_MAX_M: f64 = 1.0;
 const PARAMETER_MAX: f64 = 0.9;
 const TRACE_MAX: f64 = 1e6;
 /// Largest error of a stiffness: beyond it the explicit step of the parameters' effect could add more amplitude than
-/// the damping removes, see [`StatorFilter::is_sound`].
+/// the damping removes, see [`StatorFilter::has_sound_estimates`].
 const STIFFNESS_MAX: f64 = 0.25;
 
 /// Estimates of the stator and of the rotor's height, with the covariance of their errors.
@@ -177,12 +178,18 @@ impl<T: Real> StatorFilter<T> {
         self.shift_phase(phase_of(errors.as_slice().get(DRIVE_PHASE).copied().unwrap_or_default()));
     }
 
-    /// Whether the estimates are finite and within a hundred times what any drive does.
+    /// Whether estimates and covariance are finite and within a hundred times what any drive does.
+    pub(super) fn is_sound(&self) -> bool {
+        // Compared this way round, so that NaN is unsound.
+        self.has_sound_estimates() && self.covariance.trace() < T::from_f64(TRACE_MAX)
+    }
+
+    /// The same of the estimates alone: enough after an update, which makes no variance larger.
     ///
     /// Amplitudes are bounded, not momentary values, so that what is sound stays so until the next impact. Stiffnesses
     /// are bounded, so that the explicit step of [`super::motion_prediction`] is stable: a stiffness off by `kappa`
     /// adds `(kappa w h)^2 / 4` of the amplitude a period, which the damping must outweigh.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(super) fn has_sound_estimates(&self) -> bool {
         let bounded = |limit: f64| move |x: &T| x.abs() < T::from_f64(limit);
         let modes = &self.state.modes;
         let motions = modes.displacement_m.iter().zip(modes.velocity_m_s.iter());
@@ -190,13 +197,13 @@ impl<T: Real> StatorFilter<T> {
             oscillator.stiffness_per_s2 * g * g + v * v
                 - oscillator.stiffness_per_s2 * T::from_f64(AMPLITUDE_MAX_M2)
         });
+        let parameters = self.parameters.as_slice().get(MODE_PARAMETERS..DRIVE_PHASE).unwrap_or_default();
+        let squares = parameters.iter().fold(T::zero(), |sum, &part| sum + part * part);
         let [_, _, _, _, _, _, _, _, _, _, k_a, _, k_b, _, _, k_c, ..] = self.parameters.data.0[0];
-        // Compared this way round, so that NaN is unsound.
         swings.into_iter().all(|beyond| beyond < T::zero())
             && bounded(HEIGHT_MAX_M)(&self.height_m)
-            && self.parameters.iter().all(bounded(PARAMETER_MAX))
+            && squares < T::from_f64(PARAMETER_MAX * PARAMETER_MAX)
             && [k_a, k_b, k_c].iter().all(bounded(STIFFNESS_MAX))
-            && bounded(TRACE_MAX)(&self.covariance.trace())
     }
 }
 
