@@ -38,8 +38,8 @@ fn law_energy_is_balanced() {
     }
 }
 
-/// A rotor that spins on teeth at rest is braked by `mu m g R / J`, 6e-3 rad/s a step, and turns by the mean of its rates; the drag on the rotation
-/// is a part of 1e-9 of that in a step. Angles are kept to 1.5e-9 rad.
+/// A rotor that spins on teeth at rest is braked by `mu m g R / J`, 6e-3 rad/s a step, and turns by the mean of its
+/// rates; the drag on the rotation is far less. Angles are kept to 1.5e-9 rad.
 #[test]
 fn exact_a_braked_rotor_turns_by_the_mean_of_its_rates() {
     let (motor, _) = motor(5e-6, ImpactRule::Located);

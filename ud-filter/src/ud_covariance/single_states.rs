@@ -140,7 +140,7 @@ mod tests {
             expected.fixed_view_mut::<2, 2>(4, 4).copy_from(&corner);
             prop_assert!(close(&ud.covariance(), &expected));
 
-            // Of first states that depend on the last ones, what these do not explain is left: both by Schur complements.
+            // Of first states that depend on the last ones, what these do not explain is left: Schur complements.
             let inverse = p.fixed_view::<2, 2>(4, 4).try_inverse().unwrap();
             let of_four = p.fixed_view::<4, 4>(0, 0)
                 - p.fixed_view::<4, 2>(0, 4) * inverse * p.fixed_view::<2, 4>(4, 0);

@@ -346,8 +346,8 @@ mod tests {
         }
     }
 
-    /// A jump of 0.8 mm/s is four standard deviations of noise, a misfit of 16. A rotor 0.3 um above teeth at rest misfits
-    /// both pairs by hundreds: the jump is noise, unless the odds are said to be far from it.
+    /// A jump of 0.8 mm/s is four standard deviations of noise, a misfit of 16. A rotor 0.3 um above teeth at rest
+    /// misfits both pairs by hundreds: the jump is noise, unless the odds are said to be far from it.
     #[test]
     fn law_a_jump_that_noise_explains_better_is_no_impact() {
         let params = MotorParams::nominal();

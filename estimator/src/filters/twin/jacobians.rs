@@ -72,7 +72,7 @@ fn motion(stator: &StatorFilter<f64>) -> [f64; 7] {
 /// What the errors of parameters and of the drive's phase do to the modes. The filter adds the inputs of four periods,
 /// and lets the sum act at their middle without the spring: a constant input turns a mode by `1 + i x` instead of
 /// `exp(i x)`, `x = 2 h w`, which is off by `x^2 / 2` of it. In a motor that swings and decays ten times more slowly
-/// than the nominal one that is 0.11 % at most. Inputs cancel over the cycles, their errors do not: 1 % of what is left.
+/// than the nominal one that is 0.11 % at most. Inputs cancel over the cycles, their errors do not: 1 % of the rest.
 #[test]
 fn dual_errors_of_parameters_move_the_modes_as_those_of_another_motor() {
     let mut params = MotorParams::nominal();
