@@ -286,3 +286,6 @@ fn on_copies<T: Real>(
     // Most steps in sustained contact have no impacts: an empty list is cheaper than a copy.
     if impacts.is_empty() { Impacts::new() } else { impacts }
 }
+
+#[cfg(test)]
+mod tests;

@@ -162,6 +162,8 @@ fn assert_a_prior_is_refused<T: Rounded>() {
     set.try_set_diagonal(&Vector::from(plain)).unwrap();
     assert_eq!(set, made);
     assert_eq!(made.covariance(), Matrix::from_diagonal(&Vector::from(plain)));
+    // A state may be known exactly.
+    assert_eq!(UdCovariance::try_from_diagonal(&Vector::<T>::zeros()), Ok(UdCovariance::known()));
     for (state, bad) in (0..4).flat_map(|state| [f64::NAN, f64::INFINITY, -1.0].map(|bad| (state, bad))) {
         let mut variances = plain;
         variances[state] = T::rounded(bad);

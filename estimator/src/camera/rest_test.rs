@@ -203,4 +203,24 @@ mod tests {
         assert!(passed(1.05, 0) < 0.02);
         assert!(passed(0.02, 5) < 0.02);
     }
+
+    /// A rotor that turns contradicts its rest in every window but the first, and every fourth contradiction makes the
+    /// windows twice as long: `n (n^2 - 1) = 12 R / (0.15 dt)^2` times 1, 8 and 64 is 17, 34 and 67 frames.
+    #[test]
+    fn exact_contradictions_make_the_windows_longer() {
+        let (mut test, mut begun, mut lengths) = (RestTest::<f64>::default(), 0, [0; 10]);
+        let mut n = 0;
+        for length in &mut lengths {
+            loop {
+                n += 1;
+                let angle = Angle::from_degrees((5e-4 * n as f64).to_degrees());
+                assert!(!test.confirms(Time::from_micros(100 * n), angle, 8.766e-8));
+                if test.window.first.is_none() {
+                    break;
+                }
+            }
+            *length = n - core::mem::replace(&mut begun, n);
+        }
+        assert_eq!(lengths, [17, 17, 17, 17, 17, 34, 34, 34, 34, 67]);
+    }
 }

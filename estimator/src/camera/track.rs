@@ -264,3 +264,42 @@ fn zero_rate_rad2_s2<T: Real>(rate_rad2_s2: T, tuning: &TrackTuning<T>) -> T {
     let falling = if falling < most { falling } else { most };
     if falling > least { falling } else { least }
 }
+
+#[cfg(test)]
+mod tests {
+    use motor_model::math;
+
+    use super::*;
+
+    fn started(tuning: &TrackTuning<f64>, before: Option<&Track<f64>>) -> Track<f64> {
+        Track::started(&CameraFrame::new(Time::ZERO, Angle::ZERO), Angle::ZERO, before, tuning)
+    }
+
+    /// The frames' scatter belongs to the camera: a restart keeps what is known of it.
+    #[test]
+    fn exact_a_restart_keeps_the_scatter_of_the_frames() {
+        let tuning = TrackTuning::default();
+        let mut track = started(&tuning, None);
+        assert!(track.nis.to_bits() == 1.0_f64.to_bits() && track.far_frames() == 0);
+        (0..3).for_each(|_| track.note_innovation(17.0, &tuning));
+        let again = started(&tuning, Some(&track));
+        assert!(again.nis.to_bits() == track.nis.to_bits() && track.nis > 1.5, "{}", again.nis);
+        assert_eq!(again.far_frames(), 3);
+    }
+
+    /// A rotor that was moved while it lay still, and lies still again: where it lies now it has not moved.
+    #[test]
+    fn exact_a_move_of_an_earlier_rest_is_forgotten() {
+        let tuning = TrackTuning::default();
+        let (mut track, mut test) = (started(&tuning, None), RestTest::default());
+        track.resting = true;
+        let far_rad = 3.0 * math::sqrt(tuning.camera_rad2);
+        (0..200).for_each(|_| {
+            track.has_moved(far_rad, tuning.camera_rad2, &tuning);
+        });
+        assert!(track.has_moved(0.0, tuning.camera_rad2, &tuning));
+        track.end_rest();
+        track.look_for_rest(true, &tuning, &mut test);
+        assert!(!track.has_moved(0.0, tuning.camera_rad2, &tuning));
+    }
+}

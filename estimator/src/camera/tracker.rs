@@ -385,3 +385,6 @@ fn record<T>(
 fn refused<T>(frame: &CameraFrame, innovation: (T, T), why: Rejection) -> Innovation<T> {
     record(frame, innovation, Verdict::Rejected(why))
 }
+
+#[cfg(test)]
+mod tests;

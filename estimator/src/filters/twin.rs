@@ -102,6 +102,8 @@ mod contact_measurement;
 mod covariance_prediction;
 mod impact;
 mod impact_update;
+#[cfg(test)]
+mod jacobians;
 mod kick_history;
 mod kick_record;
 mod kick_use;

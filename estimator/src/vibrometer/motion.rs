@@ -351,4 +351,39 @@ mod tests {
         assert!(used(55, 2e-4));
         assert_eq!(watch.clock(), Time::from_micros(55));
     }
+
+    /// Old samples between good ones do not set the clock back, however many come: only 200 in a row do.
+    #[test]
+    fn exact_the_clock_goes_back_by_two_hundred_old_samples_in_a_row() {
+        let mut watch = MotionWatch::<f32>::new(&RestTuning::default());
+        let mut used = |micros: u64, n: u64| {
+            let velocity_m_s = 1e-4 + 1e-7 * n as f32;
+            watch.observe(&LdvSample { taken_at: Time::from_micros(micros), velocity_m_s })
+        };
+        for n in 1..=300 {
+            assert!(used(10_000 + 5 * n, 2 * n) && !used(9_000, 2 * n + 1), "{n}");
+        }
+        // The last of those was the first of a row.
+        let back = (2..=400).find(|&n| used(9_000, 1000 + n));
+        assert_eq!(back, Some(200));
+    }
+
+    /// The drive goes off 1 ms after C has followed B: what B left rings on until 25 ms after that change, longer than
+    /// what C leaves. Long after B it is mode C's 21 ms alone.
+    #[test]
+    fn exact_what_mode_b_left_settles_too() {
+        for (off_us, quiet_us) in [(1000, 25_000), (100_000, 100_000 + 21_343)] {
+            let mut watch = MotionWatch::<f64>::new(&RestTuning::default());
+            let [_, of_c_nanos] = watch.tuning.settling_nanos;
+            assert_eq!(of_c_nanos / 1_000_000, 21);
+            let begin_us = 1_000_000;
+            watch.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
+            watch.drive(Time::from_micros(begin_us), DriveCommand::full(DriveMode::C));
+            watch.drive(Time::from_micros(begin_us + off_us), DriveCommand::OFF);
+            let at = |micros: u64| watch.motion(Time::from_micros(begin_us + micros));
+            let margin_us = 500;
+            assert!(at(quiet_us - margin_us) != Motion::Quiet, "{off_us}");
+            assert_eq!(at(quiet_us + margin_us), Motion::Quiet, "{off_us}");
+        }
+    }
 }

@@ -254,3 +254,26 @@ impl<T: Real> RotorMobility<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pressure that is spread evenly over the rotor's ring resists a tilt by the mean square of the distance from
+    /// the axis of tilt, times the damping of the height: here by a sum over rings, of each of which it is half of the
+    /// radius squared.
+    #[test]
+    fn dual_tilt_is_damped_by_an_evenly_spread_pressure() {
+        let (params, tilting) = (MotorParams::nominal(), TiltingParams::nominal());
+        let [outer, inner] = [TiltingParameter::RotorOuterRadius, TiltingParameter::HubPinRadius]
+            .map(|parameter| tilting.get(parameter));
+        let (mut moment, mut area) = (0.0, 0.0);
+        for ring in 0..100_000 {
+            let r = inner + (outer - inner) * (f64::from(ring) + 0.5) / 1e5;
+            (moment, area) = (moment + r * (0.5 * r * r), area + r);
+        }
+        let expected = params.get(Parameter::VerticalDamping) * moment / area;
+        let own = tilt_damping_n_m_s(&params, &tilting);
+        assert!((own / expected - 1.0).abs() < 1e-9, "{own:e} {expected:e}");
+    }
+}

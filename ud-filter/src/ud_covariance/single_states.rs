@@ -155,6 +155,26 @@ mod tests {
             expected.fixed_view_mut::<2, 2>(4, 4).copy_from(&corner);
             prop_assert!(close(&ud.covariance(), &expected));
 
+            // Of first states that depend on the last ones, what these do not explain is left: Schur complements.
+            let inverse = p.fixed_view::<2, 2>(4, 4).try_inverse().unwrap();
+            let of_four = p.fixed_view::<4, 4>(0, 0)
+                - p.fixed_view::<4, 2>(0, 4) * inverse * p.fixed_view::<2, 4>(4, 0);
+            let inverse = p.fixed_view::<4, 4>(2, 2).try_inverse().unwrap();
+            let of_two = p.fixed_view::<2, 2>(0, 0)
+                - p.fixed_view::<2, 4>(0, 2) * inverse * p.fixed_view::<4, 2>(2, 0);
+            let mut ud = factors;
+            ud.replace_last_states(&UdCovariance::from_diagonal(&SVector::<f64, 2>::new(0.4, 0.7)));
+            let mut expected = Dense::from_diagonal(&SVector::<f64, 6>::from([0.0, 0.0, 0.0, 0.0, 0.4, 0.7]));
+            expected.fixed_view_mut::<4, 4>(0, 0).copy_from(&of_four);
+            prop_assert!(close(&ud.covariance(), &expected));
+
+            let mut ud = factors;
+            ud.inflate::<2>(3.0);
+            let mut expected = p;
+            let mut corner = expected.fixed_view_mut::<2, 2>(0, 0);
+            corner += of_two * 2.0;
+            prop_assert!(close(&ud.covariance(), &expected));
+
             let (mut map, mut ud) = (Dense::identity(), factors);
             let block = Matrix2::new(0.9, effect[0], -effect[1], 1.1);
             map.fixed_view_mut::<2, 2>(0, 0).copy_from(&block);

@@ -59,3 +59,48 @@ impl<T: Real> MeanRates<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::innovation::Source;
+
+    fn used(millis: u64, innovation_rad: f64) -> Innovation<f64> {
+        Innovation {
+            source: Source::Camera,
+            taken_at: Time::from_micros(1000 * millis),
+            innovation_rad,
+            variance_rad2: 1.0,
+            verdict: Verdict::Used,
+        }
+    }
+
+    /// A frame that is 10 mrad ahead after 20 ms under mode C shows a rate of 0.5 rad/s above the mean, of which a part
+    /// of 0.3 is learnt, of that mode. A frame over a change of the drive teaches nothing, and so does one that would
+    /// make the mean faster than any rotor's.
+    #[test]
+    fn exact_a_frame_teaches_a_part_of_what_it_is_ahead_by() {
+        let c = Some(DriveMode::C);
+        let learnt = |ahead_rad: f64, between: Option<DriveMode>| {
+            let mut means = MeanRates::<f64>::new();
+            means.note_frame(&used(100, 0.0), c);
+            means.note_drive(between);
+            means.note_frame(&used(120, ahead_rad), c);
+            let [b, c] = PRIOR_RAD_S;
+            [means.rad_s[0] - b, means.rad_s[1] - c]
+        };
+        for (ahead_rad, between, expected) in [
+            (0.01, c, 0.15),
+            (-0.01, c, -0.15),
+            (0.01, None, 0.0),
+            (0.01, Some(DriveMode::B), 0.0),
+            (5.0, c, 0.0),
+        ] {
+            let [of_b, of_c] = learnt(ahead_rad, between);
+            assert!(
+                of_b.to_bits() == 0 && (of_c - expected).abs() < 1e-12,
+                "{ahead_rad} {between:?}: {of_c}"
+            );
+        }
+    }
+}

@@ -1,8 +1,9 @@
 use super::*;
+use crate::camera::angle_rate_covariance::AngleRateCovariance;
 use crate::innovation::{Rejection, Verdict};
 use crate::tests::{FRAME_NANOS, assert_consistent, frame, nees};
 extern crate std;
-use motor_model::{Angle, DriveMode};
+use motor_model::{Angle, AngleAccumulator, DriveMode};
 use proptest::prelude::*;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
@@ -320,6 +321,71 @@ fn law_a_long_rest_leaves_a_positive_covariance() {
     }
     let angle = filter.tracker.track().unwrap().state.angle.angle().degrees();
     assert!((angle - 0.21_f64.to_degrees()).abs() < 5e-3, "{angle}");
+}
+
+/// Under a slow camera the rate returns to its mean. In the first 50 ms of a motion it wanders five times as much: that
+/// is a change of the mode. A step of 4 ms keeps `1 / (1 + x + x^2 / 2)`, `x` a third, of what came before it.
+#[test]
+fn exact_the_rate_wanders_more_after_a_change_of_mode() {
+    let camera = CameraDescription { period_nanos: 20_000_000, ..CameraDescription::default() };
+    let instruments = Instruments { camera, ..Instruments::default() };
+    let filter = ConstantRate::<f64>::new(&ConstantRateTuning::new(&instruments));
+    let x = 4.0 / 12.0;
+    let kept: f64 = 1.0 / (1.0 + x + 0.5 * x * x);
+    for (millis, factor) in [(0, 5.0), (49, 5.0), (50, 1.0), (60, 1.0)] {
+        let at = Time::from_micros(1000 * millis);
+        let covariance = AngleRateCovariance::diagonal(0.0, 0.0);
+        let angle = AngleAccumulator::at(Angle::ZERO);
+        let mut state = State { at, angle, rate_rad_s: 1.0, covariance };
+        filter.process_under(IMPACTED_B).carry(&mut state, false, at.plus_nanos(4_000_000));
+        let [mean_rad_s, _] = filter.mean_rates.rad_s;
+        let expected = [
+            kept * kept * 4e-3 * factor * filter.random_walk.impacted_b_rad2_s3,
+            mean_rad_s + kept * (1.0 - mean_rad_s),
+        ];
+        let own = [TrackCovariance::rate_rad2_s2(&state.covariance), state.rate_rad_s];
+        for (own, expected) in own.into_iter().zip(expected) {
+            assert!((own / expected - 1.0).abs() < 1e-9, "{millis}: {own} {expected}");
+        }
+    }
+}
+
+/// A rotor turns by 20 rad/s more between an even frame and the next one than before it, as when it lands: the kick is
+/// told. Smoothed, the frames after it say nothing of the rate before it.
+#[test]
+fn law_frames_after_a_kick_say_nothing_of_the_rate_before_it() {
+    let tuning = ConstantRateTuning::<f64>::default();
+    let mut filter = ConstantRate::new(&tuning);
+    filter.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
+    let truth = |n: u64| 1e-4 * (18.0 * n as f64 + 20.0 * n.saturating_sub(300) as f64);
+    let mut refused = 0;
+    for n in 1..=315 {
+        filter.drive(Time::from_nanos(n * FRAME_NANOS), DriveCommand::full(DriveMode::B));
+        refused += u32::from(filter.update_camera(&frame(n, truth(n))).verdict != Verdict::Used);
+    }
+    assert!((2..=4).contains(&refused), "the first frame, and those of a kick: {refused}");
+    let smoothed = filter.smoothed(Time::from_nanos(299 * FRAME_NANOS)).unwrap();
+    let off_rad_s = smoothed.rate_rad_s - 18.0;
+    assert!(off_rad_s * off_rad_s < 9.0 * smoothed.rate_rad2_s2, "{off_rad_s} {}", smoothed.rate_rad2_s2);
+}
+
+/// The second frame is 8 mrad off, within its gate since no rate is known yet, and is used. The two after it fit the
+/// first one without it: so it was an outlier, and the past forgets it too.
+#[test]
+fn law_an_outlier_that_was_used_is_taken_back() {
+    let mut filter = ConstantRate::<f64>::new(&ConstantRateTuning::default());
+    let verdicts: [Verdict; 20] = core::array::from_fn(|index| {
+        let n = 1 + index as u64;
+        filter.drive(Time::from_nanos(n * FRAME_NANOS), DriveCommand::full(DriveMode::B));
+        let off_rad = if n == 2 { 8e-3 } else { 0.0 };
+        filter.update_camera(&frame(n, 5e-4 * n as f64 + off_rad)).verdict
+    });
+    assert_eq!(verdicts[1..4], [Verdict::Used, Verdict::Rejected(Rejection::Gate), Verdict::Used]);
+    for n in 2..=20 {
+        let smoothed = filter.smoothed(Time::from_nanos(n * FRAME_NANOS)).unwrap();
+        let off_rad = smoothed.angle.radians_since::<f64>(Angle::ZERO) - 5e-4 * n as f64;
+        assert!(off_rad * off_rad < 9.0 * smoothed.angle_rad2, "{n}: {off_rad:e} {:e}", smoothed.angle_rad2);
+    }
 }
 
 /// A rotor that really is elsewhere: the estimate restarts after twenty frames, in the turn nearest to where it was.

@@ -122,3 +122,58 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
         self.tuning.unseen(motion, at, self.detecting_until).plus(undone)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use motor_model::{Angle, AngleAccumulator, DriveMode, MotorParams};
+
+    use super::*;
+    use crate::camera::angle_rate_covariance::AngleRateCovariance;
+    use crate::instruments::Instruments;
+
+    fn exact_state() -> State<f64> {
+        State {
+            at: Time::from_micros(1000),
+            angle: AngleAccumulator::at(Angle::ZERO),
+            rate_rad_s: 0.0,
+            covariance: AngleRateCovariance::diagonal(0.0, 0.0),
+        }
+    }
+
+    /// Friction that could give far more than the slip takes the rotor to the tooth: its rate is the tooth's, uniform
+    /// over twice the half width `w`, of variance `w^2 / 3`, and the further variance.
+    #[test]
+    fn exact_a_rotor_that_sticks_has_the_tooth_s_rate() {
+        let kick = ImpactKick {
+            at: Time::from_micros(1000),
+            tooth_rate_rad_s: 2.0,
+            half_width_rad_s: 0.6,
+            kick_max_rad_s: 50.0,
+            variance_rad2_s2: 0.01,
+        };
+        let mut state = exact_state();
+        state.covariance = AngleRateCovariance::diagonal(0.0, 9.0);
+        kick.apply(&mut state);
+        let variance = TrackCovariance::rate_rad2_s2(&state.covariance);
+        assert!((state.rate_rad_s - 2.0).abs() < 1e-12, "{}", state.rate_rad_s);
+        assert!((variance - (0.6 * 0.6 / 3.0 + 0.01)).abs() < 1e-12, "{variance}");
+    }
+
+    /// Impacts would have been detected until 3 ms: until then only missed ones make the rate wander.
+    #[test]
+    fn exact_the_rate_wanders_by_missed_impacts_and_then_by_all() {
+        let tuning = ImpactAidedTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
+        let process = KickedRate {
+            tuning: &tuning,
+            kicks: &ImpactKicks::new(),
+            motions: Motions::always(Motion::Impacted(DriveMode::B)),
+            detecting_until: Time::from_micros(3000),
+        };
+        let mut state = exact_state();
+        process.wander(&mut state, false, Time::from_micros(4000));
+        let [missed, _] = tuning.missed_rad2_s3;
+        let expected = 2e-3 * missed + 1e-3 * tuning.constant_rate.random_walk.impacted_b_rad2_s3;
+        let own = TrackCovariance::rate_rad2_s2(&state.covariance);
+        assert!((own / expected - 1.0).abs() < 1e-9, "{own} {expected}");
+    }
+}

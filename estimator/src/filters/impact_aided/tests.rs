@@ -180,6 +180,44 @@ fn exact_kick_in_mode_b_is_coulombs() {
     }
 }
 
+/// Ringing is known 6 ms after a gap between samples: until then the kick is as uncertain as the ringing. The tooth's
+/// rate is known to 1 rad/s, and to what the ringing changes it by within half the time between the samples.
+#[test]
+fn exact_a_kick_in_mode_b_is_uncertain_until_the_ringing_is_known() {
+    let mut filter = driven::<f64>(DriveMode::B);
+    filter.impact_kick(Time::from_micros(1000), 10e-6, -0.02, 0.04);
+    for (micros, known) in [(1300, false), (6999, false), (7001, true), (7200, true)] {
+        let (at, mut ringing, tuning) = (Time::from_micros(micros), filter.ringing, filter.tuning);
+        let slope_rad_s2 =
+            ringing.impact(&tuning.ringing, at, -0.02 + 0.04 * tuning.approach_per_jump, 0.04).slope_rad_s2;
+        let kick = filter.impact_kick(at, 5e-6, -0.02, 0.04);
+        let bound_m2_s2 = 0.04 * 0.04 + filter.detector.threshold_m_s().powi(2);
+        let unexplained = tuning.unexplained_b * tuning.kick_per_jump_rad_m.powi(2) * bound_m2_s2;
+        let expected = if known { 0.0 } else { unexplained };
+        assert!((kick.variance_rad2_s2 - expected).abs() < 1e-12 * unexplained, "{micros}: {kick:?}");
+        let half_width = 1.0 + 0.5 * 5e-6 * slope_rad_s2;
+        assert!(slope_rad_s2 > 0.0 && (kick.half_width_rad_s / half_width - 1.0).abs() < 1e-12, "{kick:?}");
+    }
+}
+
+/// Over a gap the rate wanders as without a vibrometer, for no longer than it remembers, 12 ms. What rang before is not
+/// known after it, and the next impact is as the first one.
+#[test]
+fn exact_a_gap_is_a_random_walk_of_bounded_length() {
+    for (seconds, counted_s) in [(1e-3, 1e-3), (0.5, 12e-3)] {
+        let mut filter = driven::<f64>(DriveMode::B);
+        let first = filter.clone().impact_kick(Time::from_micros(900), 5e-6, -0.02, 0.04).tooth_rate_rad_s;
+        filter.update_camera(&frame(1, 0.0));
+        filter.impact_kick(Time::from_micros(600), 5e-6, -0.02, 0.04);
+        filter.random_walk_over_gap(Time::from_micros(800), seconds);
+        let expected = counted_s * filter.tuning.constant_rate.random_walk.impacted_b_rad2_s3;
+        let variance = filter.kicks.back().unwrap().variance_rad2_s2;
+        assert!((variance / expected - 1.0).abs() < 1e-12, "{seconds}: {variance} {expected}");
+        let next = filter.impact_kick(Time::from_micros(900), 5e-6, -0.02, 0.04).tooth_rate_rad_s;
+        assert!((next - first).abs() < 1e-12, "{next} {first}");
+    }
+}
+
 /// With the drive off friction brakes: the kick is towards rest and not beyond it.
 #[test]
 fn law_a_rotor_that_lands_is_braked() {

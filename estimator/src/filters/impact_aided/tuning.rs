@@ -153,4 +153,19 @@ mod tests {
             assert_eq!(tuning.unseen(Motion::Quiet, at, detecting_until), Jitter::none());
         }
     }
+
+    /// Twice the noise, and a threshold of 2 mm/s: eight times the kicks are missed, but never more than all.
+    #[test]
+    fn exact_missed_kicks_grow_with_the_third_power_of_the_threshold() {
+        let tuning = ImpactAidedTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
+        let walk = tuning.constant_rate.random_walk;
+        for (noise_m_s, volume) in [(2e-4, 1.0), (4e-4, 8.0), (2e-3, 1000.0)] {
+            let missed = tuning.with_noise(noise_m_s).missed_rad2_s3;
+            let all = [walk.impacted_b_rad2_s3, walk.impacted_c_rad2_s3];
+            for (own, (at_default, all)) in missed.into_iter().zip(MISSED_RAD2_S3.into_iter().zip(all)) {
+                let expected = (volume * at_default).min(all);
+                assert!((own / expected - 1.0).abs() < 1e-9, "{noise_m_s}: {own} {expected}");
+            }
+        }
+    }
 }

@@ -271,12 +271,13 @@ fn not_negative<T: Real>(x: T) -> T {
 
 #[cfg(test)]
 mod tests {
-    use motor_model::MotorParams;
+    use motor_model::{MotorParams, Parameter};
     use nalgebra::Vector3;
+    use ud_filter::UdCovariance;
 
     use super::*;
     use crate::filters::twin::checked_motor::{CheckedMotor, PERIOD_S};
-    use crate::filters::twin::states::{JUMP, PAIR_AMPLITUDES};
+    use crate::filters::twin::states::{HEIGHT, JUMP, PAIR_AMPLITUDES};
     use crate::filters::twin::tuning::TwinTuning;
     use crate::instruments::Instruments;
 
@@ -325,5 +326,65 @@ mod tests {
         assert!(vague < true_one, "the case is as described: {vague} {true_one}");
         let associated = stator.associate(&impact, &mut hypotheses, &tuning.contact);
         assert_eq!(associated.map(|association| association.pair).ok(), Some(1));
+    }
+
+    /// The height is known to 1 um, the jump to 0.2 mm/s and the instant to 1.4 us, all else exactly. A gap that is off
+    /// by `h` at an instant off by `tau` changes the approach by `h tau` times the stiffness of the fastest mode, at
+    /// most; an approach off by `v` the gap by `v tau`. What the instant itself does is of first order.
+    #[test]
+    fn exact_second_order_terms_are_products_of_an_error_and_the_instant_s() {
+        let params = MotorParams::nominal();
+        let tuning = TwinTuning::<f64>::new(&params, &Instruments::default());
+        let mut stator = StatorFilter::at_rest(&CheckedMotor::try_new(&params).unwrap(), &tuning);
+        stator.state.modes.velocity_m_s = Vector3::new(0.1, 0.2, 0.05);
+        let (height_m2, jump_m2_s2, instant_s2) = (1e-12, 4e-8, 2e-12);
+        stator.covariance = UdCovariance::known();
+        for (state, variance) in [(HEIGHT, height_m2), (JUMP, jump_m2_s2), (INSTANT, instant_s2)] {
+            stator.covariance.replace_state(state, variance);
+        }
+        let impact = MeasuredImpact {
+            before_m_s: 0.0,
+            jump_m_s: 0.05,
+            jump_m2_s2,
+            within_s: PERIOD_S,
+            behind_s: 0.0,
+            drift_m_s: 0.0,
+        };
+        let hypothesis = stator.pair_hypothesis(&impact, 0, &Row::zeros(), &tuning.contact);
+        let [approach_s2, gap_s2] = stator.score(&hypothesis).second_order;
+        let fastest_s2 = (core::f64::consts::TAU * params.get(Parameter::ModeCFrequency)).powi(2);
+        let approach_m2_s2 = stator.approach_per_jump.powi(2) * jump_m2_s2;
+        for (own, expected) in [
+            (approach_s2, approach_m2_s2 * instant_s2),
+            (gap_s2, height_m2 * fastest_s2 * fastest_s2 * instant_s2),
+        ] {
+            assert!((own / expected - 1.0).abs() < 1e-6, "{own:e} {expected:e}");
+        }
+    }
+
+    /// A jump of 0.8 mm/s is four standard deviations of noise, a misfit of 16. A rotor 0.3 um above teeth at rest
+    /// misfits both pairs by hundreds: the jump is noise, unless the odds are said to be far from it.
+    #[test]
+    fn law_a_jump_that_noise_explains_better_is_no_impact() {
+        let params = MotorParams::nominal();
+        let tuning = TwinTuning::<f64>::new(&params, &Instruments::default());
+        let impact = MeasuredImpact {
+            before_m_s: 0.0,
+            jump_m_s: 8e-4,
+            jump_m2_s2: 4e-8,
+            within_s: PERIOD_S,
+            behind_s: 0.0,
+            drift_m_s: 0.0,
+        };
+        let associated = |noise_log_odds: f64| {
+            let mut stator = StatorFilter::at_rest(&CheckedMotor::try_new(&params).unwrap(), &tuning);
+            stator.height_m = 3e-7;
+            stator.covariance.replace_state(JUMP, impact.jump_m2_s2);
+            stator.covariance.replace_state(INSTANT, PERIOD_S * PERIOD_S / 12.0);
+            stator.associate(&impact, &ContactTuning { noise_log_odds, ..tuning.contact })
+        };
+        let noise = associated(tuning.contact.noise_log_odds).err().expect("noise");
+        assert!((100.0..500.0).contains(&noise.excess_misfit), "{}", noise.excess_misfit);
+        assert!(associated(2.0 * noise.excess_misfit).is_ok());
     }
 }

@@ -145,9 +145,12 @@ impl<T: Real> TwinFilter<T> {
 
 #[cfg(test)]
 mod tests {
-    use motor_model::MotorParams;
+    use motor_model::{DriveCommand, DriveMode, MotorParams};
 
     use super::*;
+    use crate::filter::AngleFilter as _;
+    use crate::filters::twin::states::{HEIGHT, INSTANT};
+    use crate::filters::twin::tests::filter;
     use crate::filters::twin::{CheckedMotor, TwinTuning};
     use crate::instruments::Instruments;
 
@@ -172,5 +175,61 @@ mod tests {
             let kick = filter.explained_kick(Time::from_micros(1000), 5e-6, &explained);
             assert_eq!(kick.at.nanos(), at_nanos);
         }
+    }
+
+    /// A jump of 0.05 m/s over `within_s`, of a rotor that fell.
+    fn jump(within_s: f64) -> MeasuredImpact<f64> {
+        MeasuredImpact {
+            before_m_s: -0.02,
+            jump_m_s: 0.05,
+            jump_m2_s2: 4e-8,
+            within_s,
+            behind_s: 0.0,
+            drift_m_s: 0.0,
+        }
+    }
+
+    /// An impact anywhere in 30 us is compared with the model, one in 32 us is not: its kick is unexplained, the motion
+    /// is forgotten, and it counts in the middle of the time, since when the rotor has risen.
+    #[test]
+    fn exact_an_impact_in_a_long_gap_does_not_update_the_stator() {
+        for (micros, compared) in [(30, true), (32, false)] {
+            let mut filter = filter::<f64>();
+            filter.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
+            let before = filter.stator.clone();
+            let within_s = 1e-6 * f64::from(micros);
+            let innovation = filter.take_impact(Time::from_micros(1000), &jump(within_s));
+            assert_eq!(innovation.is_some(), compared, "{micros}");
+            if !compared {
+                let risen_m = filter.stator.height_m - before.height_m;
+                assert!((risen_m - 0.5 * within_s * 0.05).abs() < 1e-15, "{risen_m}");
+                let wider = |state: usize| {
+                    filter.stator.covariance.variances()[state] > 10.0 * before.covariance.variances()[state]
+                };
+                assert!((HEIGHT..INSTANT).all(wider));
+                assert!(filter.stator.parameters == before.parameters);
+            }
+        }
+    }
+
+    /// Without drive a jump of 12 mm/s updates the stator, one of 8 mm/s is the weight's and ends that, so that the
+    /// next of 12 mm/s does not. When the drive goes on, the stator follows again, and its motion is not known.
+    #[test]
+    fn exact_a_rotor_that_lands_does_not_update_the_stator() {
+        let mut filter = filter::<f64>();
+        filter.drive(Time::ZERO, DriveCommand::OFF);
+        let mut compared = |micros: u64, jump_m_s: f64| {
+            let impact = MeasuredImpact { jump_m_s, ..jump(5e-6) };
+            filter.take_impact(Time::from_micros(micros), &impact).is_some()
+        };
+        assert_eq!(
+            [compared(1000, 0.012), compared(2000, 0.008), compared(3000, 0.012)],
+            [true, false, false]
+        );
+        let before = filter.stator.covariance.variances();
+        filter.drive(Time::from_micros(4000), DriveCommand::full(DriveMode::B));
+        let after = filter.stator.covariance.variances();
+        assert!((HEIGHT..INSTANT).all(|state| after[state] > 2.0 * before[state]), "{before} {after}");
+        assert!(filter.take_impact(Time::from_micros(5000), &jump(5e-6)).is_some());
     }
 }

@@ -101,7 +101,12 @@ impl<T: Real> StatorFilter<T> {
     /// The tooth's tangential velocity `back_s` before the end of the period. State 0 is its error from now on: that of
     /// the stator, plus an independent one of standard deviation `beside_m_s`.
     #[inline(never)]
-    fn begin_tooth_velocity(&mut self, tooth: &Tooth<T>, back_s: T, beside_m_s: T) -> Uncertain<T> {
+    pub(super) fn begin_tooth_velocity(
+        &mut self,
+        tooth: &Tooth<T>,
+        back_s: T,
+        beside_m_s: T,
+    ) -> Uncertain<T> {
         let modes = self.modes_at(back_s, &Row::zeros());
         let mut row = modes.row(&tooth.lever, |r| [r.c_rate, r.s_rate]);
         set_entry(&mut row, INSTANT, tooth.lever.dot(&modes.acceleration_m_s2));
@@ -116,7 +121,7 @@ impl<T: Real> StatorFilter<T> {
 
     /// The transition of stator and height at an impact `back_s` before the end of the period.
     #[inline(never)]
-    fn apply_recoil(&mut self, tooth: &Tooth<T>, back_s: T, behind_s: T) {
+    pub(super) fn apply_recoil(&mut self, tooth: &Tooth<T>, back_s: T, behind_s: T) {
         let jump = self.jump_m_s;
         let mass_ratio = T::one() + self.parameters.get(MASS_RATIO).copied().unwrap_or_default();
         let responses = self.oscillators.each_ref().map(|oscillator| oscillator.after(back_s - behind_s));
@@ -230,6 +235,31 @@ mod tests {
             let (misfit, back) = (explained.misfit, explained.back.value);
             assert!((misfit - least).abs() < 0.01 * least, "{back_s:e}: {misfit} {least}");
             assert!((back - back_s).abs() < 6e-8, "{back_s:e}: {back:e}");
+        }
+    }
+
+    /// The recoil is a blow to each mode at the impact, which swings freely from then to the last period of the stator:
+    /// the mode's exact propagator. The rotor rises with the whole jump until the sample, which may be later.
+    #[test]
+    fn dual_the_recoil_swings_freely_since_the_impact() {
+        let params = MotorParams::nominal();
+        let motor = CheckedMotor::<f64>::try_new(&params).unwrap();
+        let start = StatorFilter::at_rest(&motor, &TwinTuning::new(&params, &Instruments::default()));
+        for (back_s, behind_s) in [(4e-6, 0.0), (4e-6, 3e-6), (1e-6, 3e-6)] {
+            let mut stator = start.clone();
+            stator.jump_m_s = 0.05;
+            let tooth = stator.tooth(1, &Row::zeros());
+            stator.apply_recoil(&tooth, back_s, behind_s);
+            let (g, v) = (stator.state.modes.displacement_m, stator.state.modes.velocity_m_s);
+            for (m, mode) in motor.modes.iter().enumerate() {
+                let [[_, gv], [_, vv]] = mode.propagator(back_s - behind_s);
+                let blow_m_s = -tooth.recoil[m] * 0.05;
+                let size = blow_m_s.abs();
+                assert!(
+                    (g[m] - gv * blow_m_s).abs() < 1e-11 * size && (v[m] - vv * blow_m_s).abs() < 1e-5 * size
+                );
+            }
+            assert!((stator.height_m - back_s * 0.05).abs() < 1e-15, "{:e}", stator.height_m);
         }
     }
 }

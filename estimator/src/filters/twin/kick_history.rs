@@ -106,3 +106,75 @@ impl<T: Real> TwinFilter<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use motor_model::{Angle, DriveCommand};
+
+    use super::*;
+    use crate::filter::AngleFilter as _;
+    use crate::filters::twin::tests::filter;
+    use crate::measurement::CameraFrame;
+
+    fn unknown(micros: u64) -> KickRecord<f64> {
+        KickRecord::of_unknown_sign(Time::from_micros(micros), 1.0)
+    }
+
+    /// A filter with one frame at a millisecond.
+    fn seen() -> TwinFilter<f64> {
+        let mut filter = filter();
+        filter.drive(Time::from_micros(1000), DriveCommand::OFF);
+        filter.update_camera(&CameraFrame::new(Time::from_micros(1000), Angle::ZERO));
+        filter
+    }
+
+    /// The kick of an impact before the frame, which is told after it, acts at once after the frame.
+    #[test]
+    fn exact_a_kick_before_the_frame_acts_after_it() {
+        let mut filter = seen();
+        let now = Time::from_micros(1001);
+        let before = filter.estimate(now).unwrap().rate_rad2_s2;
+        filter.record_kick(unknown(990));
+        assert_eq!(filter.kicks.back().unwrap().at, Time::from_nanos(1_000_001));
+        let wider = filter.estimate(now).unwrap().rate_rad2_s2 - before;
+        assert!((wider - 1.0).abs() < 1e-9, "{wider}");
+    }
+
+    /// The factors are doubted at the first kick of another mode, and all of them at the first one after a
+    /// contradiction.
+    #[test]
+    fn exact_kicks_that_doubt_the_factors() {
+        let mut filter = seen();
+        let factors = |filter: &mut TwinFilter<f64>, micros: u64, mode: Option<DriveMode>| {
+            filter.drive = mode.map_or(DriveCommand::OFF, DriveCommand::full);
+            filter.record_kick(unknown(micros));
+            filter.kicks.back().unwrap().factors
+        };
+        let (b, c) = (Some(DriveMode::B), Some(DriveMode::C));
+        let told = [b, b, c, None, c, b].map(|mode| factors(&mut filter, 2000, mode));
+        let (same, other) = (FactorKnowledge::AsBefore, FactorKnowledge::OfAnotherMode);
+        assert_eq!(told, [same, same, other, same, same, other]);
+        filter.drive = DriveCommand::OFF;
+        filter.contradict(Time::from_micros(2100));
+        let told = [None, None].map(|mode| factors(&mut filter, 2200, mode));
+        assert_eq!(told, [FactorKnowledge::Prior, same]);
+    }
+
+    /// When the samples' times run back, kicks from then on never were.
+    #[test]
+    fn exact_kicks_of_times_that_were_wrong_are_dropped() {
+        let mut filter = seen();
+        for micros in [2000, 3000, 4000] {
+            filter.record_kick(unknown(micros));
+        }
+        filter.resume_at(Time::from_micros(3000));
+        assert_eq!(filter.kicks.back().unwrap().at, Time::from_micros(2000));
+        let again = {
+            let mut filter = seen();
+            filter.record_kick(unknown(2000));
+            filter
+        };
+        let now = Time::from_micros(5000);
+        assert_eq!(filter.estimate(now), again.estimate(now));
+    }
+}

@@ -158,4 +158,31 @@ mod tests {
         assert!((square_root(f64::NAN) - 1e4).abs() < 1.0 && (square_root(f64::INFINITY) - 1e4).abs() < 1.0);
         assert!((square_root(0.0_f64) - 1e-3).abs() < 1e-6);
     }
+
+    /// A tooth far too fast to be followed gives the largest kick, with that kick's variance and the friction's; an
+    /// instant that is known to 4 us moves the angle by that time's turn.
+    #[test]
+    fn exact_a_slip_gives_the_largest_kick_with_its_variance_and_that_of_its_instant() {
+        let (kick_max_rad_s, variance, at_s2) = (0.3, 1e-3, 16e-12);
+        let kick = KickRecord {
+            at_s2,
+            kick_max_rad_s: Uncertain { value: kick_max_rad_s, variance },
+            tooth_rate_rad_s: Uncertain { value: 100.0, variance: 0.0 },
+            ..KickRecord::of_unknown_sign(Time::from_nanos(1), 0.0)
+        };
+        let mut state = State {
+            at: Time::ZERO,
+            angle: AngleAccumulator::at(Angle::ZERO),
+            rate_rad_s: 0.0,
+            covariance: RotorCovariance::begin(0.0, 0.0, None),
+        };
+        let [friction2, _] = state.covariance.factor_variances();
+        kick.apply(&mut state);
+        assert!((state.rate_rad_s - kick_max_rad_s).abs() < 1e-12, "{}", state.rate_rad_s);
+        let square = kick_max_rad_s * kick_max_rad_s;
+        let own = state.covariance.rate_rad2_s2();
+        assert!((own - (variance + friction2 * square)).abs() < 1e-12, "{own}");
+        let angle_rad2 = state.covariance.angle_rad2();
+        assert!((angle_rad2 / (at_s2 * square) - 1.0).abs() < 1e-9, "{angle_rad2:e}");
+    }
 }

@@ -108,7 +108,11 @@ impl<T: Real> TwinFilter<T> {
 
 #[cfg(test)]
 mod tests {
+    use motor_model::{DriveCommand, DriveMode};
+
     use super::*;
+    use crate::filter::AngleFilter as _;
+    use crate::filters::twin::misfit_monitor::MisfitMonitor;
 
     const MS: u64 = 1_000_000;
 
@@ -145,5 +149,17 @@ mod tests {
         kick_use.forgive();
         assert!(kick_use.allows(Time::from_nanos(100 * MS)));
         assert_eq!(without_kicks_ms(&mut kick_use, 101), 50);
+    }
+
+    /// Kicks that are not taken under the drive, because the misfit is on probation, are taken from when it goes off.
+    #[test]
+    fn exact_kicks_are_taken_since_the_drive_is_off() {
+        let mut filter = crate::filters::twin::tests::filter::<f64>();
+        filter.misfit = MisfitMonitor::on_probation();
+        filter.drive(Time::from_micros(1000), DriveCommand::full(DriveMode::B));
+        assert!(!filter.kick_use.taken);
+        filter.drive(Time::from_micros(3000), DriveCommand::OFF);
+        assert!(filter.kick_use.taken);
+        assert_eq!(filter.kick_use.since, Time::from_micros(3000));
     }
 }

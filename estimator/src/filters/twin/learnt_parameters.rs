@@ -79,3 +79,44 @@ impl<T: Real> TwinFilter<T> {
         self.learnt.newer = None;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::filters::twin::states::MASS_RATIO;
+    use crate::filters::twin::tests::filter;
+
+    use super::*;
+
+    /// A copy taken during a fault is never restarted with, also not after the next fault.
+    #[test]
+    fn law_what_a_fault_taught_is_forgotten() {
+        let mut filter = filter::<f64>();
+        let mut learn = |at_ms: u64, mass_ratio: f64| {
+            filter.stator.parameters[MASS_RATIO] = mass_ratio;
+            filter.keep_learnt(Time::from_nanos(at_ms * 1_000_000));
+        };
+        learn(0, 0.01);
+        learn(150, 0.5);
+        filter.restart_stator_after_fault();
+        assert!((filter.stator.parameters[MASS_RATIO] - 0.01).abs() < 1e-12);
+        filter.misfit = crate::filters::twin::MisfitMonitor::trusted();
+        filter.keep_learnt(Time::from_nanos(400_000_000));
+        filter.restart_stator_after_fault();
+        assert!(filter.stator.parameters[MASS_RATIO] < 0.1, "{}", filter.stator.parameters[MASS_RATIO]);
+    }
+
+    /// The parameters are as well known as they were when they were kept, the drive's phase as at the start.
+    #[test]
+    fn exact_a_restart_keeps_the_parameters_and_not_the_phase() {
+        let mut stator = filter::<f64>().stator;
+        for state in MODE_PARAMETERS..STATES {
+            stator.covariance.replace_state(state, 1e-8);
+        }
+        let learnt = stator.learnt();
+        stator.restart_with(&learnt);
+        let variances = stator.covariance.variances();
+        assert!((MODE_PARAMETERS..DRIVE_PHASE).all(|state| (variances[state] / 1e-8 - 1.0).abs() < 1e-9));
+        let phase_rad2 = stator.prior_variances[DRIVE_PHASE];
+        assert!((variances[DRIVE_PHASE] / phase_rad2 - 1.0).abs() < 1e-9, "{}", variances[DRIVE_PHASE]);
+    }
+}

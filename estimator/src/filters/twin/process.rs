@@ -150,3 +150,76 @@ impl<T: Real> Process<T, Carried<T, RotorCovariance<T>, 4>> for TwinProcess<'_, 
         self.unseen(at)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use motor_model::{Angle, AngleAccumulator, DriveMode, MotorParams};
+
+    use super::*;
+    use crate::camera::angle_rate_covariance::AngleRateCovariance;
+    use crate::camera::track_covariance::TrackCovariance as _;
+    use crate::instruments::Instruments;
+
+    fn exact_state() -> State<f64> {
+        State {
+            at: Time::from_micros(1000),
+            angle: AngleAccumulator::at(Angle::ZERO),
+            rate_rad_s: 0.0,
+            covariance: AngleRateCovariance::diagonal(0.0, 0.0),
+        }
+    }
+
+    /// Kicks are taken from 2 ms on, and impacts would have been detected until 4 ms: the rate wanders for 1 ms before
+    /// and 1 ms after. Between them kicks are all that changes it.
+    #[test]
+    fn exact_the_rate_wanders_where_no_kicks_are_taken() {
+        let tuning = TwinTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
+        let process = TwinProcess {
+            tuning: &tuning,
+            kicks: &KickRecords::new(),
+            motions: Motions::always(Motion::Impacted(DriveMode::B)),
+            strength: &WalkStrength::expected(),
+            taken_since: Time::from_micros(2000),
+            detecting_until: Time::from_micros(4000),
+            propagated: None,
+        };
+        let mut state = exact_state();
+        process.wander(&mut state, false, Time::from_micros(5000));
+        let expected = 2e-3 * tuning.constant_rate.random_walk.impacted_b_rad2_s3;
+        let own = state.covariance.rate_rad2_s2();
+        assert!((own / expected - 1.0).abs() < 1e-9, "{own} {expected}");
+    }
+
+    /// A kick moves a rotor that slides on quiet teeth, and not one that lies still there.
+    #[test]
+    fn exact_a_rotor_that_lies_still_is_not_kicked() {
+        let tuning = TwinTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
+        let mut kicks = KickRecords::new();
+        kicks
+            .push_back(super::super::kick_record::KickRecord::of_unknown_sign(Time::from_micros(1500), 1.0))
+            .unwrap();
+        let process = TwinProcess {
+            tuning: &tuning,
+            kicks: &kicks,
+            motions: Motions::always(Motion::Quiet),
+            strength: &WalkStrength::expected(),
+            taken_since: Time::ZERO,
+            detecting_until: Time::from_micros(4000),
+            propagated: None,
+        };
+        let walk = &tuning.constant_rate.random_walk;
+        for (resting, kick, per_s) in [(true, 0.0, walk.resting_rad2_s3), (false, 1.0, walk.sliding_rad2_s3)]
+        {
+            let before = exact_state();
+            let mut state = State {
+                at: before.at,
+                angle: before.angle,
+                rate_rad_s: before.rate_rad_s,
+                covariance: RotorCovariance::begin(0.0, 0.0, None),
+            };
+            process.through_kicks(&mut state, resting, Time::from_micros(2000));
+            let (own, expected) = (state.covariance.rate_rad2_s2(), kick + 1e-3 * per_s);
+            assert!((own - expected).abs() < 1e-9 * (kick + expected), "{resting}: {own} {expected}");
+        }
+    }
+}

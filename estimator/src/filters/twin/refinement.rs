@@ -117,7 +117,12 @@ fn second_measurement<T: Real>(
 
 #[cfg(test)]
 mod tests {
+    use motor_model::{Angle, DriveCommand, Time};
+
     use super::*;
+    use crate::filter::AngleFilter as _;
+    use crate::filters::twin::tests::filter;
+    use crate::measurement::{CameraFrame, LdvSample};
 
     /// A flight before of three samples, and `n` after: the minimum variance estimate of the jump is the difference of
     /// the two means, of variance `s^2 (1/3 + 1/n)`. Taken as independent, the measurements would leave a part of it:
@@ -137,5 +142,45 @@ mod tests {
             let expected = sample_m2_s2 * (1.0 / before + 1.0 / samples);
             assert!((variance / expected - 1.0).abs() < 1e-12, "{samples}: {variance:e} {expected:e}");
         }
+    }
+
+    /// The flight of an impact refines its jump once: the samples that have done so do not count again.
+    #[test]
+    fn exact_a_flight_refines_a_jump_once() {
+        let mut filter = filter::<f64>();
+        for n in 0..30 {
+            let taken_at = Time::from_micros(5 * n);
+            filter.detector.observe(&LdvSample { taken_at, velocity_m_s: -9.81 * 5e-6 * n as f32 });
+        }
+        let first = Uncertain { value: 0.05, variance: 5e-8 };
+        filter.stator.covariance.replace_state(JUMP, first.variance);
+        filter.stator.jump_m_s = first.value;
+        filter.unrefined_jump = Some(first);
+        let [once, twice] = [0, 1].map(|_| {
+            filter.refine_jump_after(20.0);
+            filter.stator.covariance.variance::<JUMP>()
+        });
+        assert!(once < 0.5 * first.variance && once.to_bits() == twice.to_bits(), "{once:e} {twice:e}");
+    }
+
+    /// A frame after a kick has been fused with it as it was: its record stays as it is, for frames that come late.
+    #[test]
+    fn exact_a_kick_before_the_last_frame_is_not_refined() {
+        let mut filter = filter::<f64>();
+        let see = |filter: &mut TwinFilter<f64>, micros: u64| {
+            filter.drive(Time::from_micros(micros), DriveCommand::OFF);
+            filter.update_camera(&CameraFrame::new(Time::from_micros(micros), Angle::ZERO));
+        };
+        see(&mut filter, 1000);
+        let kick = KickRecord::of_unknown_sign(Time::from_micros(1500), 1e-6);
+        filter.record_kick(KickRecord { refinable: true, ..kick });
+        let refined = |filter: &mut TwinFilter<f64>| {
+            filter.refine_tooth_velocity(Uncertain { value: 1e-3, variance: 1e-8 });
+            filter.kicks.back().unwrap().tooth_rate_rad_s.value
+        };
+        let per_radius_m = filter.per_radius_m;
+        assert!((refined(&mut filter) - 1e-3 * per_radius_m).abs() < 1e-12);
+        see(&mut filter, 2000);
+        assert!((refined(&mut filter) - 1e-3 * per_radius_m).abs() < 1e-12);
     }
 }

@@ -102,7 +102,10 @@ impl<T: Real> TwinFilter<T> {
 
 #[cfg(test)]
 mod tests {
+    use motor_model::{DriveCommand, DriveMode};
+
     use super::*;
+    use crate::filter::AngleFilter as _;
 
     /// After n impacts of ratio b the mean is `b + (4 - b) (31/32)^n`: below 1.3 for b = 1 from n = 73 on, and from
     /// there above 1.5 by the first impact of 8, but not by one of 7.
@@ -128,5 +131,30 @@ mod tests {
             (0..1000).for_each(|_| regime.note(jump, drift, 1e-3));
             assert!(!regime.is_riding(), "{jump} {drift}");
         }
+    }
+
+    /// Where a rotor leaves the riding regime it is at the teeth, whatever was integrated while it rode.
+    #[test]
+    fn exact_a_rotor_that_leaves_the_teeth_starts_at_them() {
+        let mut filter = crate::filters::twin::tests::filter::<f64>();
+        filter.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
+        let threshold_m_s = filter.detector.threshold_m_s();
+        (0..200).for_each(|_| filter.regime.note(threshold_m_s, 0.0, threshold_m_s));
+        filter.stator.height_m = 1e-4;
+        let impact = MeasuredImpact {
+            before_m_s: 0.0,
+            jump_m_s: threshold_m_s,
+            jump_m2_s2: 4e-8,
+            within_s: 5e-6,
+            behind_s: 0.0,
+            drift_m_s: 0.0,
+        };
+        assert!(filter.update_regime(&impact) && filter.stator.height_m > 0.0);
+        let thrown = MeasuredImpact { jump_m_s: 1.0, ..impact };
+        (0..3).for_each(|_| {
+            filter.update_regime(&thrown);
+        });
+        assert!(!filter.regime.is_riding());
+        assert_eq!(filter.stator.height_m.to_bits(), 0);
     }
 }

@@ -75,3 +75,91 @@ impl<T: Real> StatorFilter<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use motor_model::{DriveCommand, DriveMode};
+
+    use super::*;
+    use crate::filters::twin::states::{MODE_PARAMETERS, STATES, TOOTH_ANGLE};
+    use crate::filters::twin::tests::filter;
+
+    /// The nominal stator, driven in mode B for `micros` in steps of 5 ms at most.
+    fn driven(micros: u64) -> StatorFilter<f64> {
+        let mut stator = filter::<f64>().stator;
+        for at in (0..micros).step_by(5000).chain([micros]) {
+            stator.advance(Time::from_micros(at), DriveCommand::full(DriveMode::B));
+        }
+        stator
+    }
+
+    /// Time that ran back by 5 ms, and a gap of 25 ms: the drive's phase is that of the time.
+    #[test]
+    fn exact_the_drive_keeps_its_phase_over_gaps_and_times_that_run_back() {
+        let mut rewound = driven(20_000);
+        rewound.rewind(Time::from_micros(15_000));
+        let at_once = {
+            let mut stator = driven(5);
+            stator.advance(Time::from_micros(25_005), DriveCommand::full(DriveMode::B));
+            stator
+        };
+        for (stator, micros) in [(rewound, 15_000), (at_once, 25_005)] {
+            let expected = driven(micros);
+            assert_eq!((stator.at, stator.state.phase), (expected.at, expected.state.phase));
+            assert_eq!(stator.phasor.map(f64::to_bits), expected.phasor.map(f64::to_bits));
+        }
+    }
+
+    /// What is forgotten has the variance of a driven motor beside its own; parameters are as well known as before.
+    #[test]
+    fn exact_forgetting_widens_the_motion_alone() {
+        let mut stator = driven(1000);
+        stator.predict_covariance();
+        let before = stator.covariance.variances();
+        stator.forget_motion();
+        let after = stator.covariance.variances();
+        let [g_a, v_a, g_b, v_b, g_c, v_c] = DRIVEN_MOTION;
+        for (state, deviation) in (HEIGHT..).zip([DRIVEN_HEIGHT_M, g_a, v_a, g_b, v_b, g_c, v_c]) {
+            let expected = before[state] + deviation * deviation;
+            assert!((after[state] / expected - 1.0).abs() < 1e-9, "{state}: {} {expected}", after[state]);
+        }
+        assert!((MODE_PARAMETERS..STATES).all(|state| (after[state] / before[state] - 1.0).abs() < 1e-9));
+    }
+
+    /// At rest height and modes are zero, known and of no parameter's effect.
+    #[test]
+    fn exact_at_rest_the_motion_is_known() {
+        let mut stator = driven(1000);
+        stator.height_m = 1e-5;
+        stator.forget_motion();
+        stator.set_at_rest();
+        assert!(stator.state.modes == ModalState::default() && stator.height_m.to_bits() == 0);
+        for state in HEIGHT..INSTANT {
+            let column = stator.covariance.column(state);
+            assert!((column[state] / (AT_REST * AT_REST) - 1.0).abs() < 1e-9, "{state}: {:e}", column[state]);
+            assert!((MODE_PARAMETERS..STATES).all(|other| column[other].to_bits() << 1 == 0), "{state}");
+        }
+    }
+
+    /// A stator that is restarted in the middle of its swing goes on as one from its start at the same phase, whose
+    /// motion is not known.
+    #[test]
+    fn dual_a_restarted_stator_is_a_new_one_of_unknown_motion() {
+        let mut restarted = driven(1010);
+        assert!(restarted.pending_periods > 0 && restarted.unpredicted_s > 0.0);
+        restarted.parameters[TOOTH_ANGLE] = 1e-3;
+        restarted.restart();
+        let mut new = filter::<f64>().stator;
+        (new.at, new.state.forcing) = (restarted.at, restarted.state.forcing);
+        new.shift_phase(restarted.state.phase);
+        new.forget_motion();
+        for stator in [&mut restarted, &mut new] {
+            stator.advance(Time::from_micros(1500), DriveCommand::full(DriveMode::B));
+            stator.predict_covariance();
+        }
+        assert!(restarted.state.modes == new.state.modes && restarted.parameters == new.parameters);
+        let (own, expected) = (restarted.covariance.covariance(), new.covariance.covariance());
+        assert!((own - expected).abs().max() <= 1e-12 * expected.abs().max());
+        assert!((own - expected).component_div(&expected.map(|x| x.abs().max(1e-30))).abs().max() < 1e-6);
+    }
+}

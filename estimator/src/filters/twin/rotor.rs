@@ -419,4 +419,19 @@ mod tests {
             }
         }
     }
+
+    /// A friction that would leave its range is at its bound, and the rate is the most probable one with it there: by
+    /// the regression of the rate on the friction.
+    #[test]
+    fn exact_a_friction_out_of_range_is_at_its_bound() {
+        let mut p = Matrix4::from_diagonal(&Vector4::new(1e-8, 4.0, 0.09, 1e-4));
+        (p.m23, p.m32) = (0.3, 0.3);
+        for (error, bound) in [(1.0, 0.6), (-1.0, -0.6), (0.5, 0.5)] {
+            let mut corrected = rotor(&p);
+            let [_, rate] = corrected.corrected(Vector4::new(0.0, 2.0, error, 0.0));
+            assert!((corrected.friction - (1.0 + bound)).abs() < 1e-12, "{}", corrected.friction);
+            let expected = 2.0 + p.m23 / p.m33 * (bound - error);
+            assert!((rate - expected).abs() < 1e-12, "{rate} {expected}");
+        }
+    }
 }

@@ -224,3 +224,45 @@ fn phase_of<T: Real>(lead_rad: T) -> Phase {
     let units = i64::from((turns * T::from_f64(1_073_741_824.0)).whole()) << 34;
     Phase::from_units(units.cast_unsigned())
 }
+
+#[cfg(test)]
+mod tests {
+    use motor_model::MotorParams;
+
+    use super::*;
+    use crate::instruments::Instruments;
+
+    fn stator() -> (StatorFilter<f64>, CheckedMotor<f64>, TwinTuning<f64>) {
+        let params = MotorParams::nominal();
+        let (motor, tuning) =
+            (CheckedMotor::try_new(&params).unwrap(), TwinTuning::new(&params, &Instruments::default()));
+        (StatorFilter::at_rest(&motor, &tuning), motor, tuning)
+    }
+
+    /// White noise of intensity q moves a mode of damping `2 zeta w` to a speed of variance `q / (4 zeta w)`: that of
+    /// the tuned part of the driven swing, and of 2 um of mode A, which is not driven.
+    #[test]
+    fn exact_process_noise_leaves_its_part_of_the_swing() {
+        let (stator, motor, tuning) = stator();
+        for (mode, noise) in motor.modes.iter().zip(stator.velocity_noise_m2_s3) {
+            let swing_m = mode.antinode_amplitude_m.max(2e-6);
+            let own = noise / (4.0 * mode.damping_ratio * mode.natural_rad_s);
+            let expected = (tuning.contact.process_noise_part * mode.natural_rad_s * swing_m).powi(2);
+            assert!((own / expected - 1.0).abs() < 1e-9, "{own:e} {expected:e}");
+        }
+    }
+
+    /// A stiffness may be off by a fourth, and other parameters by nine tenths, before the stator is given up.
+    #[test]
+    fn exact_a_stiffness_is_bounded_more_narrowly_than_other_parameters() {
+        let stiffnesses = [0, 2, 5].map(|mode| MODE_PARAMETERS + mode);
+        for state in MODE_PARAMETERS..DRIVE_PHASE {
+            let most = if stiffnesses.contains(&state) { 0.25 } else { 0.9 };
+            for (part, sound) in [(0.999 * most, true), (-1.001 * most, false), (f64::NAN, false)] {
+                let (mut stator, ..) = stator();
+                stator.parameters[state] = part;
+                assert_eq!(stator.is_sound(), sound, "{state}: {part}");
+            }
+        }
+    }
+}

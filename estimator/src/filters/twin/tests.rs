@@ -9,7 +9,8 @@ use super::*;
 use crate::filters::twin::states::{DRIVE_PHASE, MODE_PARAMETERS};
 use crate::instruments::Instruments;
 
-fn filter<T: Real>() -> TwinFilter<T> {
+/// The filter of the nominal motor under the default instruments.
+pub(super) fn filter<T: Real>() -> TwinFilter<T> {
     let params = MotorParams::nominal();
     let motor = CheckedMotor::try_new(&params).unwrap();
     TwinFilter::new(&motor, &TwinTuning::new(&params, &Instruments::default()))
@@ -138,6 +139,7 @@ fn dual_without_a_camera_an_estimate_predicts_through_no_kick_again() {
             let Some(newest) = filter.kicks.back().filter(|newest| newest.at > from) else { continue };
             let Some(kept) = &filter.propagated else { panic!("propagated again at every tick") };
             assert_eq!(kept.state.at, newest.at);
+            assert!(kept.serves(from, Time::from_micros(micros), false), "{kept:?} {from:?}");
             let mut again = filter.clone();
             again.propagated = None;
             let now = Time::from_micros(micros);
@@ -317,6 +319,45 @@ fn law_what_was_learnt_survives_a_fault_of_the_vibrometer() {
             assert!(off * off < 25.0 * now, "{scale}: state {state} {off:e} of {:e}", now.sqrt());
         }
     }
+}
+
+/// The stator swings by the drive of before until the drive changes, however long ago the last sample came.
+#[test]
+fn exact_the_stator_is_driven_until_the_drive_changes() {
+    let b = DriveCommand::full(DriveMode::B);
+    let mut filter = filter::<f64>();
+    let mut expected = filter.stator.clone();
+    filter.drive(Time::ZERO, b);
+    filter.update_ldv(&LdvSample { taken_at: Time::from_micros(5), velocity_m_s: 1e-4 });
+    filter.drive(Time::from_micros(1000), DriveCommand::OFF);
+    expected.advance(Time::ZERO, DriveCommand::OFF);
+    for micros in [5, 1000] {
+        expected.advance(Time::from_micros(micros), b);
+    }
+    assert_eq!(filter.stator.at, Some(Time::from_micros(1000)));
+    assert_eq!(filter.stator.state.modes, expected.state.modes);
+    assert!(expected.state.modes.velocity_m_s.y.abs() > 0.01, "{}", expected.state.modes.velocity_m_s);
+}
+
+/// Frames contradicted the kicks of a vibrometer that showed the rotor pulled down. Once that fault is over, 50 ms
+/// after its last sign, kicks are taken again at once.
+#[test]
+fn exact_contradictions_end_with_the_fault_that_made_them() {
+    let mut filter = filter::<f64>();
+    filter.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
+    for n in 1..=10_200_u64 {
+        let (at, pulled) = (Time::from_micros(5 * n), if (100..102).contains(&n) { 0.1 } else { 0.0 });
+        let velocity_m_s = (9.81 * 5e-6 * (200.0 - (n % 400) as f64) - pulled) as f32;
+        filter.update_ldv(&LdvSample { taken_at: at, velocity_m_s });
+        if n == 1000 {
+            assert!(filter.detector.erratic());
+            (0..4).for_each(|_| filter.contradict(at));
+        }
+    }
+    assert!(!filter.detector.has_fault());
+    filter.misfit = MisfitMonitor::trusted();
+    filter.review_kick_use(Time::from_micros(51_000));
+    assert!(filter.kick_use.taken);
 }
 
 /// A motor whose mode B and drive are off by 0.3 % in frequency: the health says that the impacts are not explained,

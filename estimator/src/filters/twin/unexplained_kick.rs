@@ -82,3 +82,61 @@ impl<T: Real> TwinFilter<T> {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filters::twin::tests::filter;
+    use crate::innovation::ContactInnovation;
+
+    /// An impact of 0.05 m/s after a flight that drifted upwards by 0.01 m/s, from impacts too small to be detected.
+    fn impact() -> MeasuredImpact<f64> {
+        MeasuredImpact {
+            before_m_s: -0.02,
+            jump_m_s: 0.05,
+            jump_m2_s2: 4e-8,
+            within_s: 5e-6,
+            behind_s: 0.0,
+            drift_m_s: 0.01,
+        }
+    }
+
+    /// Without drive the teeth brake by what all impacts of the flight may give: the detected one and those before it.
+    #[test]
+    fn exact_undetected_impacts_brake_too() {
+        let filter = filter::<f64>();
+        let kick = filter.unexplained_kick(Time::ZERO, &impact());
+        let expected = filter.kick_per_jump_rad_m * (0.05 + 0.01);
+        assert!((kick.kick_max_rad_s.value / expected - 1.0).abs() < 1e-12, "{kick:?}");
+        let falling = MeasuredImpact { drift_m_s: -0.01, ..impact() };
+        let kick = filter.unexplained_kick(Time::ZERO, &falling);
+        assert!((kick.kick_max_rad_s.value / (filter.kick_per_jump_rad_m * 0.05) - 1.0).abs() < 1e-12);
+    }
+
+    /// A jump that both pairs misfit: the kick's variance is half of the largest kick's square, and half of that where
+    /// noise is as probable as an impact. It is taken for noise only by a stator that is trusted.
+    #[test]
+    fn exact_a_jump_that_may_be_noise_kicks_by_its_odds() {
+        let mut filter = filter::<f64>();
+        let largest = filter.kick_per_jump_rad_m * 0.05;
+        let innovation =
+            ContactInnovation { gap_m: 0.0, gap_m2: 1.0, approach_m_s: 0.0, approach_m2_s2: 1.0 };
+        let mut part = |excess_misfit: f64, trusted: bool| {
+            if !trusted {
+                filter.misfit = crate::filters::twin::MisfitMonitor::on_probation();
+            }
+            let kick = filter.unassociated_kick(
+                Time::ZERO,
+                &impact(),
+                UnassociatedImpact { excess_misfit, innovation },
+            );
+            kick.unknown_rad2_s2 / (largest * largest)
+        };
+        for (excess_misfit, trusted, expected) in
+            [(0.0, true, 0.5), (EVEN_ODDS_EXCESS, true, 0.25), (EVEN_ODDS_EXCESS, false, 0.5)]
+        {
+            let own = part(excess_misfit, trusted);
+            assert!((own - expected).abs() < 1e-12, "{excess_misfit} {trusted}: {own}");
+        }
+    }
+}

@@ -93,3 +93,65 @@ impl<T: Real> TwinFilter<T> {
         self.record_kick(KickRecord::of_unknown_sign(at, variance_rad2_s2));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use motor_model::{Angle, DriveCommand, DriveMode, Time};
+
+    use super::*;
+    use crate::filter::AngleFilter as _;
+    use crate::filters::twin::tests::filter;
+    use crate::measurement::CameraFrame;
+
+    fn sample(micros: u64, velocity_m_s: f32) -> LdvSample {
+        LdvSample { taken_at: Time::from_micros(micros), velocity_m_s }
+    }
+
+    /// Up to an impact the rotor has the velocity of the flight before it, not that of the sample after it: the mean of
+    /// the last sample and of the flight's end over the 5 us between the samples.
+    #[test]
+    fn exact_the_height_at_an_impact_is_that_of_the_flight_before() {
+        let mut filter = filter::<f64>();
+        filter.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
+        // The weight of a rotor without drive makes it: the stator is not updated by it.
+        (filter.last_sample_m_s, filter.drive) = (-0.02, DriveCommand::OFF);
+        filter.stator_follows = false;
+        let event = VibrometerEvent::Impact { before_m_s: -0.04, jump_m_s: 0.09 };
+        let flight = filter.detector.flight();
+        filter.act_on(&sample(1000, 0.05), event, &flight, 5e-6);
+        let expected = 5e-6 * 0.5 * (-0.02 - 0.04);
+        assert!((filter.stator.height_m - expected).abs() < 1e-15, "{:e}", filter.stator.height_m);
+    }
+
+    /// A rotor that lies quiet will bounce when it is driven again, and the stator follows and is trusted.
+    #[test]
+    fn exact_quiet_begins_anew() {
+        let mut filter = filter::<f64>();
+        filter.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
+        filter.drive(Time::from_micros(1000), DriveCommand::OFF);
+        let threshold_m_s = filter.detector.threshold_m_s();
+        (0..200).for_each(|_| filter.regime.note(threshold_m_s, 0.0, threshold_m_s));
+        (filter.stator_follows, filter.misfit) = (false, MisfitMonitor::on_probation());
+        assert!(filter.regime.is_riding());
+        let flight = filter.detector.flight();
+        filter.act_on(&sample(1_000_000, 0.0), VibrometerEvent::Flight, &flight, 5e-6);
+        assert!(filter.stator_follows && filter.misfit == MisfitMonitor::trusted());
+        assert!(filter.regime == RegimeDetector::new());
+    }
+
+    /// Over a gap the rate wanders as without a vibrometer, for no longer than it remembers, 12 ms.
+    #[test]
+    fn exact_a_gap_is_a_random_walk_of_bounded_length() {
+        for (seconds, counted_s) in [(1e-3, 1e-3), (0.5, 12e-3)] {
+            let mut filter = filter::<f64>();
+            filter.drive(Time::from_micros(1000), DriveCommand::OFF);
+            filter.update_camera(&CameraFrame::new(Time::from_micros(1000), Angle::ZERO));
+            filter.drive(Time::from_micros(1001), DriveCommand::full(DriveMode::B));
+            let flight = filter.detector.flight();
+            filter.act_on(&sample(2000, 0.0), VibrometerEvent::Gap(seconds), &flight, 5e-6);
+            let expected = counted_s * filter.tuning.constant_rate.random_walk.impacted_b_rad2_s3;
+            let own = filter.kicks.back().unwrap().unknown_rad2_s2;
+            assert!((own / expected - 1.0).abs() < 1e-12, "{seconds}: {own} {expected}");
+        }
+    }
+}

@@ -297,3 +297,20 @@ fn law_a_rotor_in_sustained_contact_is_detected() {
     let count = impacts.count();
     assert!((400 / 60..=400 / 30).contains(&count), "{count}");
 }
+
+/// Flights of 8 ms, shown with the wrong sign: each impact is a fall of some 0.07 m/s, whose square is half of the 0.01
+/// m^2/s^2 from which the sum starts, and more. The first shows wrong samples, the second a wrong sign.
+#[test]
+fn exact_a_wrong_sign_is_told_by_the_second_fall() {
+    let tuning = tuning(5.0);
+    let fall_m_s = 0.04 - flight(&tuning, 0.04, 1600);
+    assert!((0.005..0.009).contains(&(fall_m_s * fall_m_s)), "{fall_m_s}");
+    let mut detector = ImpactDetector::new(tuning);
+    let told = [0, 1, 2].map(|bounce| {
+        for n in 0..1600 {
+            detector.observe(&sample(1600 * bounce + n + 1, -flight(&tuning, 0.04, n)));
+        }
+        detector.fault()
+    });
+    assert_eq!(told, [None, Some(Reason::VibrometerErratic), Some(Reason::VibrometerInverted)]);
+}

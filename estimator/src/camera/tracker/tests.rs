@@ -1,0 +1,127 @@
+use super::*;
+use crate::camera::process::{Wander, Wandering};
+use crate::filter::{Health, Reason};
+use crate::tests::{FRAME_NANOS, frame};
+use motor_model::math;
+
+/// A rate that wanders as a driven rotor's, and not at all at rest.
+struct Walk;
+
+impl Wander<f64> for Walk {
+    fn wandering(&self, _at: Time, resting: bool) -> Wandering<f64> {
+        Wandering { intensity_rad2_s3: if resting { 0.0 } else { 3200.0 }, until: Time::from_nanos(u64::MAX) }
+    }
+
+    fn only_wanders(&self, _at: Time, _resting: bool) -> bool {
+        true
+    }
+}
+
+impl Process<f64> for Walk {
+    fn carry(&self, state: &mut State<f64>, resting: bool, until: Time) {
+        self.wander(state, resting, until);
+    }
+
+    fn jitter(&self, _at: Time) -> Jitter<f64> {
+        Jitter::none()
+    }
+}
+
+/// Angle at a frame of a rotor that turns by 5 rad/s.
+fn truth(n: u64) -> f64 {
+    5e-4 * n as f64
+}
+
+fn see(tracker: &mut Tracker<f64>, n: u64, radians: f64, quiet: bool) -> Verdict {
+    let seen = frame(n, radians);
+    let context = FrameContext { clock: seen.exposed_at, quiet, disputed: false };
+    tracker.update(&seen, context, &Walk).verdict
+}
+
+/// A tracker that has followed that rotor for a hundred frames.
+fn tracking() -> Tracker<f64> {
+    let mut tracker = Tracker::new(TrackTuning::default());
+    (1..=100).for_each(|n| {
+        see(&mut tracker, n, truth(n), false);
+    });
+    tracker
+}
+
+fn health(tracker: &Tracker<f64>, n: u64) -> Health {
+    let now = Time::from_nanos(n * FRAME_NANOS);
+    tracker.judge(tracker.estimate(now, &Walk).as_ref(), now, None)
+}
+
+/// Three frames in a row that lie here and there make the estimate unusable, two do not, and the next good frame ends
+/// it.
+#[test]
+fn exact_three_refusals_in_a_row_are_told_until_a_frame_is_used() {
+    let mut tracker = tracking();
+    let refused = [(101, 0.02), (102, -0.03), (103, 0.05)].map(|(n, off_rad)| {
+        assert_eq!(see(&mut tracker, n, truth(n) + off_rad, false), Verdict::Rejected(Rejection::Gate));
+        health(&tracker, n) == Health::Unusable(Reason::FramesRefused)
+    });
+    assert_eq!(refused, [false, false, true]);
+    assert_eq!(see(&mut tracker, 104, truth(104), false), Verdict::Used);
+    assert!(!matches!(health(&tracker, 104), Health::Unusable(_)), "{:?}", health(&tracker, 104));
+}
+
+/// The frame after a refused one has to lie within four standard deviations where the frames scatter more than they
+/// should, and within six else.
+#[test]
+fn exact_the_gate_is_narrow_after_a_refusal_of_a_camera_that_is_doubted() {
+    for (refusals, nis, deviations, verdict) in [
+        (1, 3.0, 5.0, Verdict::Rejected(Rejection::Gate)),
+        (1, 3.0, 3.9, Verdict::Used),
+        (1, 1.0, 5.0, Verdict::Used),
+        (0, 3.0, 5.0, Verdict::Used),
+        (0, 1.0, 6.1, Verdict::Rejected(Rejection::Gate)),
+    ] {
+        let mut tracker = tracking();
+        (tracker.newest.track.refusals, tracker.newest.track.nis) = (refusals, nis);
+        let mut ahead = tracker.newest.track.state;
+        Walk.carry(&mut ahead, false, Time::from_nanos(101 * FRAME_NANOS));
+        let sd_rad =
+            math::sqrt(ahead.covariance.innovation_rad2(tracker.tuning.frame_rad2(&frame(101, 0.0), false)));
+        let predicted: f64 = ahead.angle.angle().radians_since(Angle::ZERO);
+        let seen = see(&mut tracker, 101, predicted + deviations * sd_rad, false);
+        assert_eq!(seen, verdict, "{refusals} {nis} {deviations}");
+    }
+}
+
+/// Innovations of one sign contradict the process, but not where the frames scatter more than they should: those may be
+/// outliers of one side.
+#[test]
+fn exact_scattered_frames_contradict_nothing() {
+    for (nis, contradicts) in [(1.0, true), (3.0, false)] {
+        let mut tracker = tracking();
+        let rad2 = tracker.tuning.camera_rad2;
+        let (off_rad, tuning) = (3.0 * math::sqrt(rad2), tracker.tuning);
+        (0..2000).for_each(|_| tracker.correlation.take(off_rad, 1.0 / rad2, &tuning));
+        assert!(tracker.correlation.is_coloured());
+        tracker.newest.track.nis = nis;
+        assert_eq!(see(&mut tracker, 101, truth(101), false), Verdict::Used);
+        assert_eq!(tracker.take_contradiction(), contradicts, "{nis}");
+    }
+}
+
+/// A rotor that was taken to lie still and is seen elsewhere: the next rest is found after twice the time, 68 frames
+/// instead of the 34 of [`RestTest`].
+#[test]
+fn exact_a_rest_that_was_none_makes_the_next_one_take_longer() {
+    let mut tracker = tracking();
+    let track = &mut tracker.newest.track;
+    (track.resting, track.still, track.state.rate_rad_s) = (true, true, 0.0);
+    track.state.covariance = AngleRateCovariance::diagonal(1e-12, 1e-10);
+    let place: f64 = track.state.angle.angle().radians_since(Angle::ZERO);
+    let sd_rad = math::sqrt(tracker.tuning.camera_rad2);
+    let restarted = (101..400).find(|&n| {
+        let noise_rad = if n % 2 == 0 { 0.5 * sd_rad } else { -0.5 * sd_rad };
+        see(&mut tracker, n, place + 2.0 * sd_rad + noise_rad, true) == Verdict::Restarted
+    });
+    assert!(restarted.is_some());
+    let confirmed = (1..1000).find(|&n| {
+        tracker.rest_test.confirms(Time::from_nanos((1000 + n) * FRAME_NANOS), Angle::ZERO, 8.766e-8)
+    });
+    assert_eq!(confirmed, Some(68));
+}
