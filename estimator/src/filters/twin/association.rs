@@ -350,7 +350,8 @@ mod tests {
             behind_s: 0.0,
             drift_m_s: 0.0,
         };
-        let hypothesis = stator.pair_hypothesis(&impact, 0, &Row::zeros(), &tuning.contact);
+        let mut hypothesis = PairHypothesis::of(0);
+        stator.linearise(&mut hypothesis, &impact, &Row::zeros(), &tuning.contact);
         let [approach_s2, gap_s2] = stator.score(&hypothesis).second_order;
         let fastest_s2 = (core::f64::consts::TAU * params.get(Parameter::ModeCFrequency)).powi(2);
         let approach_m2_s2 = stator.approach_per_jump.powi(2) * jump_m2_s2;
@@ -381,7 +382,8 @@ mod tests {
             stator.height_m = 3e-7;
             stator.covariance.replace_state(JUMP, impact.jump_m2_s2);
             stator.covariance.replace_state(INSTANT, PERIOD_S * PERIOD_S / 12.0);
-            stator.associate(&impact, &ContactTuning { noise_log_odds, ..tuning.contact })
+            let contact = ContactTuning { noise_log_odds, ..tuning.contact };
+            stator.associate(&impact, &mut [0, 1].map(PairHypothesis::of), &contact)
         };
         let noise = associated(tuning.contact.noise_log_odds).err().expect("noise");
         assert!((100.0..500.0).contains(&noise.excess_misfit), "{}", noise.excess_misfit);
