@@ -5,6 +5,7 @@ use estimator::{CameraFrame, Instruments, LdvSample};
 use motor_model::{Angle, Time};
 use serde::{Deserialize, Serialize};
 
+use crate::description::DescriptionDigests;
 use crate::forecast::ForecastAnswer;
 use crate::identity::BoardIdentity;
 use crate::map_rows::{MapEnd, MapFault, MapRows};
@@ -14,7 +15,8 @@ use crate::tick_record::TickRecord;
 /// From the host to the board.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum HostMessage {
-    /// Begins the session of the header. The board stops driving and drops its configuration.
+    /// Begins the session of the header. The board stops driving, and drops its configuration and what a host has
+    /// described: the description in force is the one that it keeps ([`HostMessage::Keep`]), or else the default one.
     Hello,
     /// The move to make once armed. Refused as a whole when a value is out of bounds, and while armed.
     Configure(Configuration),
@@ -64,6 +66,17 @@ pub enum HostMessage {
     },
     /// Asks what the board is.
     Identify,
+    /// Keep the description in force over a loss of power: it is in force again after every start and in every session
+    /// that begins, until a host describes another. Refused while armed, with a map that is incomplete or for another
+    /// motor, and by a board that has no place for it. The processor may stand still for 200 ms, so the host sends
+    /// nothing before the answer.
+    Keep,
+    /// Forget the description in force and the kept one: the default one is in force, and no move is configured. Refused
+    /// while armed, and by a board that has no place for one; the host sends nothing before the answer.
+    Forget,
+    /// Asks which description is in force, and which one is kept. Refused while armed, since it takes longer than a
+    /// tick, with a map that is incomplete or for another motor, and by a board that keeps nothing.
+    Digest,
 }
 
 /// From the board to the host.
@@ -97,6 +110,12 @@ pub enum BoardMessage {
     },
     /// Answer to [`HostMessage::Identify`].
     Identity(BoardIdentity),
+    /// The description in force is kept.
+    Kept,
+    /// The default description is in force, and none is kept.
+    Forgotten,
+    /// Answer to [`HostMessage::Digest`].
+    Digests(DescriptionDigests),
 }
 
 /// The filters that the board has.
@@ -248,6 +267,13 @@ pub enum BoardFault {
     /// The angle of the rotor is not known well enough to be a target. The move goes on.
     #[error("there is no usable estimate of the angle")]
     NoEstimate,
+    /// The board was built without a place for a description.
+    #[error("the board has no place to keep a description")]
+    KeepsNothing,
+    /// The flash has failed, or the description has no room there. A description that was kept before still is, unless
+    /// it was to be forgotten.
+    #[error("the board's flash has failed, or has no room for the description")]
+    NotStored,
 }
 
 /// Counts of received frames, of dropped measurements and of missed deadlines since the start.
