@@ -393,7 +393,8 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             }
             HostMessage::Configure(configuration) => self.configure(Asked::Move(*configuration)),
             HostMessage::ConfigureRate(configuration) => self.configure(Asked::Rate(*configuration)),
-            HostMessage::Instruments(_)
+            HostMessage::DescriptionBegin
+            | HostMessage::Instruments(_)
             | HostMessage::MotorParameter(_)
             | HostMessage::Latency { .. }
             | HostMessage::MapBegin

@@ -1,8 +1,8 @@
 //! The description of the bench as a whole: its messages, and a digest by which host and board compare theirs.
 //!
 //! ```text
-//! Instruments, Latency, MotorParameter ..., MapBegin, MapRows ..., MapEnd       the whole
-//! CRC-64( part, part ... )                                                      its digest; a part is a message, postcard
+//! DescriptionBegin, Instruments, Latency, MotorParameter ..., MapBegin, MapRows ..., MapEnd       the whole
+//! CRC-64( part, part ... )                                         its digest; a part is a message, by postcard
 //! ```
 //!
 //! Host and board make these messages of what they have by the same function, so the same bench has the same digest on
@@ -24,9 +24,9 @@ pub const PART_BYTES_MAX: usize = FRAME_BYTES_MAX;
 /// Without a table, which takes 2 KiB: a description has some 3 kB, and its digest is rarely asked for.
 static CRC: Crc<u64, NoTable> = Crc::<u64, NoTable>::new(&CRC_64_XZ);
 
-/// The messages that describe a bench to a board, in the order in which it takes them: instruments, latency, each
-/// parameter of `design` that is not Table 1's, and `map`, which goes with `design`. Without a map the board plans by
-/// that of Table 1.
+/// The messages that describe a bench to a board, whatever description is in force there, in the order in which it takes
+/// them: the begin, instruments, latency, each parameter of `design` that is not Table 1's, and `map`, which goes with
+/// `design`. Without a map the board plans by that of Table 1.
 pub fn description_messages<'m>(
     design: &'m MotorParams,
     instruments: Instruments,
@@ -39,7 +39,8 @@ pub fn description_messages<'m>(
         let is_nominal = value.to_bits() == nominal.get(parameter).to_bits();
         (!is_nominal).then_some(HostMessage::MotorParameter(MotorParameterRecord { index, value }))
     });
-    [HostMessage::Instruments(instruments), HostMessage::Latency { ticks: latency_ticks }]
+    let latency = HostMessage::Latency { ticks: latency_ticks };
+    [HostMessage::DescriptionBegin, HostMessage::Instruments(instruments), latency]
         .into_iter()
         .chain(parameters)
         .chain(map.into_iter().flat_map(map_messages))

@@ -32,11 +32,11 @@ pub enum HostMessage {
     Step,
     /// Asks for the counters.
     Count,
-    /// What camera and vibrometer are, for the configurations that follow; the default instruments without it. Refused
-    /// as a whole when a value is out of bounds.
+    /// What camera and vibrometer are, for the configurations that follow. Refused as a whole when a value is out of
+    /// bounds, and while armed.
     Instruments(Instruments),
-    /// A parameter of the motor's design, for the configurations that follow; that of Table 1 without it. Refused when
-    /// there is no such parameter, or its value is out of bounds.
+    /// A parameter of the motor's design, for the configurations that follow. Refused when there is no such parameter, or
+    /// its value is out of bounds, and while armed.
     MotorParameter(MotorParameterRecord),
     /// A response map of the motor that was described begins, without rows: the one before it, or that of Table 1, is
     /// forgotten, and so is the configuration, which plans by it. Refused while armed.
@@ -59,7 +59,7 @@ pub enum HostMessage {
     /// usable estimate as well.
     Hold,
     /// Ticks from the measurements of a tick until its command acts ([`controller::Drive::latency_ticks`]), for the
-    /// configurations that follow; 0 without it. Refused above [`controller::LATENCY_TICKS_MAX`], and while armed.
+    /// configurations that follow. Refused above [`controller::LATENCY_TICKS_MAX`], and while armed.
     Latency {
         /// The ticks.
         ticks: u8,
@@ -77,6 +77,9 @@ pub enum HostMessage {
     /// Asks which description is in force, and which one is kept. Refused while armed, since it takes longer than a
     /// tick, with a map that is incomplete or for another motor, and by a board that keeps nothing.
     Digest,
+    /// A description of the bench begins: the default one is in force, of the default instruments, the motor of Table 1
+    /// and its map, and no latency. No move is configured. What is kept stays. Refused while armed.
+    DescriptionBegin,
 }
 
 /// From the board to the host.

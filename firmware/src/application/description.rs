@@ -37,6 +37,13 @@ impl<D: DesignedDrive> Application<'_, D> {
                 bench.instruments = instruments.checked()?;
                 Ok(())
             }),
+            HostMessage::DescriptionBegin => {
+                if self.is_armed() {
+                    return Some(BoardMessage::Fault(BoardFault::Armed));
+                }
+                self.forget_description();
+                BoardMessage::Described
+            }
             HostMessage::MotorParameter(parameter) => self.describe(|bench| bench.set(*parameter)),
             HostMessage::Latency { ticks } => self.describe(|bench| bench.set_latency(*ticks)),
             HostMessage::MapBegin | HostMessage::MapRows(_) | HostMessage::MapEnd(_) => {

@@ -22,18 +22,21 @@ fn dual_messages_and_digest_of_a_description() {
     let nominal = MotorParams::nominal();
     let instruments = Instruments::default();
     let plain: Vec<_> = description_messages(&nominal, instruments, 0, None).collect();
-    assert_eq!(plain, [HostMessage::Instruments(instruments), HostMessage::Latency { ticks: 0 }]);
+    let begin = HostMessage::DescriptionBegin;
+    let latency = HostMessage::Latency { ticks: 0 };
+    assert_eq!(plain, [begin.clone(), HostMessage::Instruments(instruments), latency]);
     let heavy = nominal.with(Parameter::RotorMass, 2e-4).unwrap();
     let map = ResponseMap::table_1();
     let all: Vec<_> = description_messages(&heavy, instruments, 7, Some(map)).collect();
     let mass = MotorParameterRecord { index: Parameter::RotorMass as u8, value: 2e-4 };
     let told = [
+        begin,
         HostMessage::Instruments(instruments),
         HostMessage::Latency { ticks: 7 },
         HostMessage::MotorParameter(mass),
     ];
-    assert_eq!(all[..3], told);
-    assert!(all[3..].iter().cloned().eq(map_messages(map)));
+    assert_eq!(all[..4], told);
+    assert!(all[4..].iter().cloned().eq(map_messages(map)));
     for messages in [plain, all] {
         assert_eq!(DescriptionDigest::of(messages.iter().cloned()), Ok(expected(&messages)));
     }

@@ -77,6 +77,7 @@ fn host_messages() -> Vec<HostMessage> {
         HostMessage::Keep,
         HostMessage::Forget,
         HostMessage::Digest,
+        HostMessage::DescriptionBegin,
         arm,
         HostMessage::Step,
         camera,

@@ -119,7 +119,8 @@ fn law_a_kept_description_is_in_force_after_a_loss_of_power() {
     }
 }
 
-/// What a host describes is in force for its session alone, and is not kept unless it asks.
+/// What a host describes is in force for its session alone, and is not kept unless it asks. It is all that is in force:
+/// what it leaves out is the default's, and not what was kept.
 #[test]
 fn law_a_host_s_description_is_in_force_for_its_session() {
     let messages = description(3);
@@ -130,15 +131,27 @@ fn law_a_host_s_description_is_in_force_for_its_session() {
     bench.describe(&messages);
     bench.answers(&HostMessage::Keep, &BoardMessage::Kept);
     let design = MotorParams::nominal();
-    let other: Vec<_> =
-        description_messages(&design, Instruments::default(), 2, Some(ResponseMap::table_1())).collect();
-    let nominal = Parameter::ALL.into_iter().zip(0..).map(|(parameter, index)| {
-        HostMessage::MotorParameter(MotorParameterRecord { index, value: design.get(parameter) })
-    });
-    bench.describe(&nominal.chain(other.iter().cloned()).collect::<Vec<_>>());
-    assert_eq!(bench.digests(), (digest_of(&other), kept));
-    bench.begin_session();
-    assert_eq!(bench.digests(), (digest_of(&messages), kept));
+    for map in [Some(ResponseMap::table_1()), None] {
+        let other: Vec<_> = description_messages(&design, Instruments::default(), 2, map).collect();
+        bench.begin_session();
+        bench.describe(&other);
+        assert_eq!(bench.digests(), (digest_of(&other), kept));
+        bench.answers(&HostMessage::Configure(MOVE), &BoardMessage::Configured);
+        assert_eq!(bench.bench.board.amplifier().design, design);
+        bench.begin_session();
+        assert_eq!(bench.digests(), (digest_of(&messages), kept));
+    }
+}
+
+/// A description that begins drops the configuration, which is of another bench; while armed it is refused.
+#[test]
+fn law_a_description_that_begins_drops_the_configuration() {
+    let mut bench = Bench::driving();
+    assert_eq!(bench.exchange(&HostMessage::DescriptionBegin), fault(BoardFault::Armed));
+    assert!(!bench.off());
+    bench.exchange(&HostMessage::Stop);
+    assert_eq!(bench.exchange(&HostMessage::DescriptionBegin), [BoardMessage::Described]);
+    assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::NotReady));
 }
 
 /// The default is in force from then on, in this session, in the next, and after a loss of power.
