@@ -6,10 +6,10 @@
 //! record = version u8 | generation u32 | parts u16 | CRC-64 of the parts u64            little endian
 //! ```
 //!
-//! A new description goes into the slot that does not hold the newest whole copy. Its record is written last. So wherever
-//! the power fails, in the middle of a page's erasure or of a word, the newest whole copy is the old description or the
-//! new one. The crate frames the parts, and this module decides which copy counts; a slot is always erased before it is
-//! written, so nothing of what the crate would repair is relied upon. Reading writes nothing.
+//! A new description goes into the slot that does not hold the newest whole copy. Its record is written last. So
+//! wherever the power fails, in the middle of a page's erasure or of a word, the newest whole copy is the old
+//! description or the new one. The crate frames the parts, and this module decides which copy counts; a slot is always
+//! erased before it is written, so nothing of what the crate would repair is relied upon. Reading writes nothing.
 //!
 //! A flash page of an STM32G474 bears 10,000 erasures, and each slot is erased by every other description: 20,000
 //! descriptions.
@@ -24,7 +24,9 @@
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 
-use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError as _, NorFlashErrorKind, ReadNorFlash};
+use embedded_storage_async::nor_flash::{
+    ErrorType, NorFlash, NorFlashError as _, NorFlashErrorKind, ReadNorFlash,
+};
 use link::{
     DescriptionDigest, FrameError, HostMessage, KeptDescription, PART_BYTES_MAX, VERSION, encode_part,
 };
@@ -39,8 +41,8 @@ pub const SLOT_BYTES: u32 = 4096;
 /// Bytes of flash that a store takes, from its offset 0.
 pub const STORE_BYTES: u32 = 2 * SLOT_BYTES;
 
-/// Whether `bytes` from `offset` on are in a store's flash, and both are multiples of `unit`: what every operation of such
-/// a flash checks first.
+/// Whether `bytes` from `offset` on are in a store's flash, and both are multiples of `unit`: what every operation of
+/// such a flash checks first.
 ///
 /// # Errors
 /// When they are not.
@@ -95,7 +97,8 @@ impl Record {
     fn bytes(self) -> [u8; Self::BYTES] {
         let Self { version, generation, parts, digest } = self;
         let mut bytes = [version; Self::BYTES];
-        let fields = generation.to_le_bytes().into_iter().chain(parts.to_le_bytes()).chain(digest.to_le_bytes());
+        let fields =
+            generation.to_le_bytes().into_iter().chain(parts.to_le_bytes()).chain(digest.to_le_bytes());
         bytes.iter_mut().skip(1).zip(fields).for_each(|(byte, field)| *byte = field);
         bytes
     }
@@ -234,7 +237,8 @@ impl<F: NorFlash> Store<F> {
     fn whole(&mut self, slot: Slot) -> Option<Record> {
         let (mut digest, mut parts, mut record) = (DescriptionDigest::default(), 0, None);
         let read = self.walk(slot, |item| {
-            let is_whole = |record: &Record| record.parts == parts && record.digest == digest.clone().finalize();
+            let is_whole =
+                |record: &Record| record.parts == parts && record.digest == digest.clone().finalize();
             record = Record::read(item).filter(is_whole);
             digest.update(item);
             parts = parts.saturating_add(1);

@@ -24,9 +24,9 @@ pub const PART_BYTES_MAX: usize = FRAME_BYTES_MAX;
 /// Without a table, which takes 2 KiB: a description has some 3 kB, and its digest is rarely asked for.
 static CRC: Crc<u64, NoTable> = Crc::<u64, NoTable>::new(&CRC_64_XZ);
 
-/// The messages that describe a bench to a board, whatever description is in force there, in the order in which it takes
-/// them: the begin, instruments, latency, each parameter of `design` that is not Table 1's, and `map`, which goes with
-/// `design`. Without a map the board plans by that of Table 1.
+/// The messages that describe a bench to a board, whatever description is in force there, in the order in which it
+/// takes them: the begin, instruments, latency, each parameter of `design` that is not Table 1's, and `map`, which goes
+/// with `design`. Without a map the board plans by that of Table 1.
 pub fn description_messages<'m>(
     design: &'m MotorParams,
     instruments: Instruments,

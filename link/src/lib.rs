@@ -69,8 +69,8 @@ pub struct Readme;
 pub use camera_frame::{Expected, SHORT_FRAME_BYTES, encode_camera};
 pub use deframer::Deframer;
 pub use description::{
-    DescriptionDigest, DescriptionDigests, KeptDescription, PART_BYTES_MAX, decode_part, description_messages,
-    encode_part,
+    DescriptionDigest, DescriptionDigests, KeptDescription, PART_BYTES_MAX, decode_part,
+    description_messages, encode_part,
 };
 pub use forecast::{ForecastAnswer, ForecastRecord, UnreachableRecord};
 pub use frame::{

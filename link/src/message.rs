@@ -35,8 +35,8 @@ pub enum HostMessage {
     /// What camera and vibrometer are, for the configurations that follow. Refused as a whole when a value is out of
     /// bounds, and while armed.
     Instruments(Instruments),
-    /// A parameter of the motor's design, for the configurations that follow. Refused when there is no such parameter, or
-    /// its value is out of bounds, and while armed.
+    /// A parameter of the motor's design, for the configurations that follow. Refused when there is no such parameter,
+    /// or its value is out of bounds, and while armed.
     MotorParameter(MotorParameterRecord),
     /// A response map of the motor that was described begins, without rows: the one before it, or that of Table 1, is
     /// forgotten, and so is the configuration, which plans by it. Refused while armed.
@@ -71,8 +71,8 @@ pub enum HostMessage {
     /// motor, and by a board that has no place for it. The processor may stand still for 200 ms, so the host sends
     /// nothing before the answer.
     Keep,
-    /// Forget the description in force and the kept one: the default one is in force, and no move is configured. Refused
-    /// while armed, and by a board that has no place for one; the host sends nothing before the answer.
+    /// Forget the description in force and the kept one: the default one is in force, and no move is configured.
+    /// Refused while armed, and by a board that has no place for one; the host sends nothing before the answer.
     Forget,
     /// Asks which description is in force, and which one is kept. Refused while armed, since it takes longer than a
     /// tick, with a map that is incomplete or for another motor, and by a board that keeps nothing.

@@ -146,6 +146,48 @@ fn tool_run_holds_a_rate_of_a_simulated_motor_by_a_board() {
     board.hears(|message| (*message == BoardMessage::Stopped).then_some(()));
 }
 
+/// The outcome of a short move of `board`.
+fn short_move(board: &CabledBoard, arguments: &[&str]) -> Result<Value, Starved> {
+    let run = board.run(&[&SHORT[..], &["--format", "json"], arguments].concat());
+    let Output { status, stdout, stderr } = run.wait_with_output().expect("it ends");
+    let stderr = String::from_utf8_lossy(&stderr);
+    Starved::check(&stderr)?;
+    assert!(status.success(), "{stderr}");
+    let outcome: Value = serde_json::from_slice(&stdout).expect("JSON and nothing else");
+    assert_eq!(outcome["ok"], true, "{outcome}");
+    Ok(outcome)
+}
+
+/// A board that has kept its bench, and is then reset, moves by it: nothing of it is sent again. A run of another bench
+/// is sent its own, and leaves what is kept. A board that has forgotten is sent everything, and keeps nothing.
+#[test]
+fn tool_run_moves_by_what_the_board_has_kept_over_a_reset() {
+    let told = |outcome: &Value| {
+        let told = |field: &str| outcome["description"][field].as_bool().expect("yes or no");
+        (told("sent"), told("kept"))
+    };
+    not_starved(|| {
+        let board = CabledBoard::start();
+        assert_eq!(told(&short_move(&board, &["--keep"])?), (true, true));
+        assert!(board.said_so_far().contains(&BoardMessage::Kept));
+        board.reset();
+        // It keeps this one already: its flash is left alone.
+        let again = short_move(&board, &["--keep"])?;
+        assert_eq!(told(&again), (false, true));
+        assert_eq!(again["counters"]["overruns"], 0);
+        let said = board.said_so_far();
+        let of_description = [BoardMessage::Described, BoardMessage::Kept];
+        assert!(!said.is_empty() && !said.iter().any(|message| of_description.contains(message)), "{said:?}");
+        let other = ["--set", "camera.noise_m=2e-6"];
+        assert_eq!(told(&short_move(&board, &other)?), (true, false));
+        assert_eq!(told(&short_move(&board, &[])?), (false, true));
+        assert_eq!(told(&short_move(&board, &["--forget"])?), (true, false));
+        board.reset();
+        assert_eq!(told(&short_move(&board, &[])?), (true, false));
+        Ok(())
+    });
+}
+
 /// A bit that flips in the response map, as it is sent: the board does not take that frame, and the host sends all of
 /// it again.
 #[test]

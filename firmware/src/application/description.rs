@@ -30,7 +30,7 @@ impl<D: DesignedDrive> Application<'_, D> {
         }
     }
 
-    /// Takes what `message` tells of the bench, for the configurations that follow; `None` where it tells nothing of it.
+    /// Takes what `message` tells of the bench, for the configurations that follow; `None` where it tells nothing.
     pub(super) fn describe_by(&mut self, message: &HostMessage) -> Option<BoardMessage> {
         Some(match message {
             HostMessage::Instruments(instruments) => self.describe(|bench| {
@@ -54,10 +54,7 @@ impl<D: DesignedDrive> Application<'_, D> {
     }
 
     /// Changes the description of the bench, for the configurations that follow.
-    fn describe(
-        &mut self,
-        change: impl FnOnce(&mut Bench) -> Result<(), OutOfBounds>,
-    ) -> BoardMessage {
+    fn describe(&mut self, change: impl FnOnce(&mut Bench) -> Result<(), OutOfBounds>) -> BoardMessage {
         if self.is_armed() {
             return BoardMessage::Fault(BoardFault::Armed);
         }

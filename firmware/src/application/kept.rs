@@ -99,7 +99,8 @@ impl<D: DesignedDrive> Application<'_, D> {
                 Ok(BoardMessage::Forgotten)
             }
             StoreRequest::Digest => {
-                let in_force = DescriptionDigest::of(self.described_by().map_err(BoardFault::Map)?).map_err(|_| BoardFault::NotStored)?;
+                let in_force = DescriptionDigest::of(self.described_by().map_err(BoardFault::Map)?)
+                    .map_err(|_| BoardFault::NotStored)?;
                 Ok(BoardMessage::Digests(DescriptionDigests { in_force, kept: store.kept() }))
             }
         }

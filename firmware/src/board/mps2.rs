@@ -1,7 +1,7 @@
 //! Registers of the mps2 boards. The emulated board has no pulse-width timer and no bridge: a latch of ten bits stands
-//! for the pulse width, and lamp 0 for the enabling pin. Nor has it a flash that a program can write: memory outside of the
-//! program's variables stands for one. A reset of the board leaves that memory as it is; the end of the emulator is the end
-//! of what was kept.
+//! for the pulse width, and lamp 0 for the enabling pin. Nor has it a flash that a program can write: memory outside of
+//! the program's variables stands for one. A reset of the board leaves that memory as it is; what was kept ends with
+//! the emulator.
 
 #![expect(unsafe_code, reason = "registers lie at fixed addresses, in memory that nothing else uses")]
 

@@ -1,5 +1,5 @@
-//! A flash as an STM32G474's, whose power can fail: erased by the page to ones, written by the word to zeros, and no word
-//! twice but with zeros alone.
+//! A flash as an STM32G474's, whose power can fail: erased by the page to ones, written by the word to zeros, and no
+//! word twice but with zeros alone.
 
 extern crate std;
 

@@ -44,7 +44,10 @@ fn found<const PAGE: usize>(flash: &mut EmulatedFlash<PAGE>) -> Vec<HostMessage>
     messages
 }
 
-fn keep<const PAGE: usize>(flash: &mut EmulatedFlash<PAGE>, messages: &[HostMessage]) -> Result<(), NotStored> {
+fn keep<const PAGE: usize>(
+    flash: &mut EmulatedFlash<PAGE>,
+    messages: &[HostMessage],
+) -> Result<(), NotStored> {
     Store::new(flash).keep(messages.iter().cloned())
 }
 
@@ -75,7 +78,8 @@ fn exact_what_is_kept_comes_back() {
             for design in [MotorParams::nominal(), other_design()] {
                 let map = map_of(design, rows);
                 for map in [None, Some(&map)] {
-                    let messages: Vec<_> = description_messages(&design, Instruments::default(), 3, map).collect();
+                    let messages: Vec<_> =
+                        description_messages(&design, Instruments::default(), 3, map).collect();
                     assert_eq!(keep(&mut flash, &messages), Ok(()));
                     assert_eq!(found(&mut flash), messages, "{rows} rows");
                 }
@@ -90,15 +94,16 @@ fn exact_what_is_kept_comes_back() {
 #[test]
 fn exact_there_is_room_for_the_longest_messages() {
     let design = other_design();
-    let longest: Vec<_> = description_messages(&design, Instruments::default(), u8::MAX, Some(&map_of(design, 16)))
-        .map(|message| match message {
-            HostMessage::MapRows(MapRows::Bursts { family, mut rows }) => {
-                rows.iter_mut().for_each(|row| row.ticks = u32::MAX);
-                HostMessage::MapRows(MapRows::Bursts { family, rows })
-            }
-            other => other,
-        })
-        .collect();
+    let longest: Vec<_> =
+        description_messages(&design, Instruments::default(), u8::MAX, Some(&map_of(design, 16)))
+            .map(|message| match message {
+                HostMessage::MapRows(MapRows::Bursts { family, mut rows }) => {
+                    rows.iter_mut().for_each(|row| row.ticks = u32::MAX);
+                    HostMessage::MapRows(MapRows::Bursts { family, rows })
+                }
+                other => other,
+            })
+            .collect();
     let mut flash = EmulatedFlash::<4096>::new();
     assert_eq!(keep(&mut flash, &longest), Ok(()));
     assert_eq!(found(&mut flash), longest);
@@ -113,9 +118,9 @@ fn law_too_long_a_description_leaves_the_old_one() {
     assert_eq!(found(&mut flash), old);
 }
 
-/// The power fails at every byte of a description that is kept after another: at every byte of the erasure, which leaves
-/// the page in any of three states, and at every byte of the writing. The board has the old one or the new one, whole,
-/// and keeps the next one.
+/// The power fails at every byte of a description that is kept after another: at every byte of the erasure, which
+/// leaves the page in any of three states, and at every byte of the writing. The board has the old one or the new one,
+/// whole, and keeps the next one.
 #[test]
 fn law_a_power_cut_at_any_byte_leaves_the_old_description_or_the_new_one() {
     let (flash, old) = with_two();
@@ -166,7 +171,8 @@ fn law_a_power_cut_while_forgetting_brings_no_older_description_back() {
         assert_eq!(bytes, STORE_BYTES as usize);
         for cut in 0..bytes {
             let half_erased = [HalfErased::InOrder, HalfErased::Bits, HalfErased::Noise][cut % 3];
-            let mut flash = EmulatedFlash { power: Some(cut), half_erased, noise: cut as u32, ..flash.clone() };
+            let mut flash =
+                EmulatedFlash { power: Some(cut), half_erased, noise: cut as u32, ..flash.clone() };
             assert_eq!(Store::new(&mut flash).forget(), Err(NotStored), "cut {cut}");
             flash.power = None;
             let kept = found(&mut flash);
@@ -303,8 +309,8 @@ fn event() -> impl Strategy<Value = Event> {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
 
-    /// Any sequence of descriptions that are kept and forgotten, and of losses of power: what is found is what was found
-    /// before, or what was asked for.
+    /// Any sequence of descriptions that are kept and forgotten, and of losses of power: what is found is what was
+    /// found before, or what was asked for.
     #[test]
     fn law_any_sequence_leaves_what_was_there_or_what_was_asked_for(
         events in prop::collection::vec(event(), 1..30), noise: u32

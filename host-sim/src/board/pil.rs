@@ -30,9 +30,7 @@ mod tests;
 use std::fmt;
 use std::ops::ControlFlow;
 
-use link::{
-    BoardMessage, Configuration, FilterKind, HostMessage, TickRecord, description_messages,
-};
+use link::{BoardMessage, Configuration, FilterKind, HostMessage, TickRecord, description_messages};
 use serde::Serialize;
 
 use crate::board::BoardError;

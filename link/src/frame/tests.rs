@@ -15,9 +15,9 @@ use super::*;
 use crate::{
     BoardFault, BoardIdentity, BoardMessage, CameraRecord, CommandRecord, Configuration, Counters, Deframer,
     DescriptionDigests, EstimateRecord, FilterKind, ForecastRecord, HostMessage, InnovationRecord,
-    KeptDescription, LdvRecord, LdvRecords,
-    MotorParameterRecord, PhaseRecord, RateConfiguration, RateLimitsRecord, RatePhase, RateRecord,
-    ResetCause, TargetRecord, TickRecord, UnreachableRecord, encode_camera, map_messages,
+    KeptDescription, LdvRecord, LdvRecords, MotorParameterRecord, PhaseRecord, RateConfiguration,
+    RateLimitsRecord, RatePhase, RateRecord, ResetCause, TargetRecord, TickRecord, UnreachableRecord,
+    encode_camera, map_messages,
 };
 
 const HEADER: Header = Header { session: 0x0102_0304, sequence: 7, ticks: 1 << 40 };

@@ -2,7 +2,8 @@
 
 use estimator::{CameraDescription, Instruments};
 use link::{
-    DescriptionDigest, DescriptionDigests, KeptDescription, MapFault, MotorParameterRecord, description_messages,
+    DescriptionDigest, DescriptionDigests, KeptDescription, MapFault, MotorParameterRecord,
+    description_messages,
 };
 use motor_model::Parameter;
 
@@ -67,7 +68,7 @@ impl<'f> KeepingBench<'f> {
     }
 }
 
-/// Instruments, a latency, and a motor whose every parameter is not Table 1's, with a map of so many rows in each table.
+/// Instruments, a latency, and a motor no parameter of which is Table 1's, with a map of so many rows in each table.
 fn description(rows: u8) -> Vec<HostMessage> {
     let camera = CameraDescription { period_nanos: 5_000_000, ..CameraDescription::default() };
     let instruments = Instruments { camera, vibrometer: None };

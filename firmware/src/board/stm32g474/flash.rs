@@ -69,7 +69,8 @@ impl Flash {
         operation: impl FnOnce(&pac::FLASH) -> Result<(), NorFlashErrorKind>,
     ) -> Result<(), NorFlashErrorKind> {
         let flash = &self.0;
-        wait_until(ERASE_MICROS, || flash.sr().read().bsy().bit_is_clear()).ok_or(NorFlashErrorKind::Other)?;
+        wait_until(ERASE_MICROS, || flash.sr().read().bsy().bit_is_clear())
+            .ok_or(NorFlashErrorKind::Other)?;
         for key in KEYS {
             // SAFETY: a key.
             flash.keyr().write(|w| unsafe { w.keyr().bits(key) });

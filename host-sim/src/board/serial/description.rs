@@ -7,8 +7,8 @@
 //!                            +--> Instruments ... MapEnd --->
 //! ```
 //!
-//! A board begins a session with the description that it keeps. Where the digest of that is the digest of what the scene
-//! would be told as, the board has it already.
+//! A board begins a session with the description that it keeps. Where its digest is that of the scene's description,
+//! the board has it already.
 
 use link::{DescriptionDigest, HostMessage, KeptDescription};
 use serde::Serialize;

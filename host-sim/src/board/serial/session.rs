@@ -125,8 +125,8 @@ impl BoardSession {
         Err(SerialError::Unanswered { what, waited_s: 2.0 * ANSWER_MAX.as_secs_f64() })
     }
 
-    /// Which description of the bench is in force on the board, and which it keeps; `None` where it has no place for one.
-    /// The line may lose the question or its answer: it is asked again, once.
+    /// Which description of the bench is in force on the board, and which it keeps; `None` where it has no place for
+    /// one. The line may lose the question or its answer: it is asked again, once.
     ///
     /// # Errors
     /// When the board does not answer.
@@ -175,8 +175,7 @@ impl BoardSession {
                     }
                     Event::OtherVersion { theirs } => return Err(SerialError::OtherVersion { theirs }),
                     Event::Board {
-                        message: BoardMessage::Fault(BoardFault::Version { ours, .. }),
-                        ..
+                        message: BoardMessage::Fault(BoardFault::Version { ours, .. }), ..
                     } => return Err(SerialError::OtherVersion { theirs: ours }),
                     Event::Closed(reason) => return Err(self.closed(reason, None)),
                     _ => {}
