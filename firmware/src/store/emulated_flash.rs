@@ -33,8 +33,8 @@ pub struct EmulatedFlash<const PAGE: usize = { SLOT_BYTES as usize }> {
     pub half_erased: HalfErased,
     /// Erasures of each page.
     pub erasures: Vec<usize>,
-    /// A byte that stays zero.
-    pub broken: Option<usize>,
+    /// A byte that is worn, and what it stays.
+    pub broken: Option<(usize, u8)>,
     /// State of a generator of noise.
     pub noise: u32,
 }
@@ -75,7 +75,10 @@ impl<const PAGE: usize> EmulatedFlash<PAGE> {
     }
 
     fn set(&mut self, at: usize, byte: u8) {
-        self.bytes[at] = if self.broken == Some(at) { 0 } else { byte };
+        self.bytes[at] = match self.broken {
+            Some((broken, stays)) if broken == at => stays,
+            _ => byte,
+        };
     }
 
     fn erase_page(&mut self, page: usize) -> Result<(), NorFlashErrorKind> {
