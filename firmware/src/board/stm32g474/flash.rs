@@ -12,9 +12,9 @@
 //!
 //! A part comes with two banks of 128 pages of 2 KiB (option `DBANK`). It may be set to one bank of 128 pages of 4 KiB.
 //! Both work: what is erased at once here is 4 KiB, two pages of the former or one of the latter. In two banks these
-//! pages are in the second, and the processor runs on in the first; in one bank it stands still at its next instruction
-//! until the flash has done, 25 ms for a page and 90 us for eight bytes at most (data sheet DS12288). Nothing here
-//! depends on which it is.
+//! pages are in the second, and the processor runs on while its program is in the first; otherwise it stands still at
+//! its next instruction until the flash has done, 25 ms for a page and 90 us for eight bytes at most (data sheet
+//! DS12288). Nothing here depends on which it is.
 
 #![expect(unsafe_code, reason = "the flash is read and written through its addresses")]
 
