@@ -302,6 +302,6 @@ fn at_once<T, E>(operation: impl Future<Output = Result<T, Error<E>>>) -> Result
 }
 
 #[cfg(test)]
-pub mod emulated_flash;
+pub(crate) mod emulated_flash;
 #[cfg(test)]
 mod tests;

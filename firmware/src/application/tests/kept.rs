@@ -57,7 +57,9 @@ impl<'f> KeepingBench<'f> {
     }
 
     fn describe(&mut self, messages: &[HostMessage]) {
-        messages.iter().for_each(|message| self.answers(message, &BoardMessage::Described));
+        for message in messages {
+            self.answers(message, &BoardMessage::Described);
+        }
     }
 
     fn digests(&mut self) -> (u64, KeptDescription) {
@@ -231,12 +233,16 @@ fn law_an_unusable_map_is_not_kept() {
     let rows = 3 * 6;
     let incomplete = BoardMessage::Fault(BoardFault::Map(MapFault::Incomplete { rows }));
     let asked = [HostMessage::Keep, HostMessage::Digest];
-    asked.iter().for_each(|message| bench.answers(message, &incomplete));
+    for message in &asked {
+        bench.answers(message, &incomplete);
+    }
     let index = Parameter::RotorMass as u8;
     let mass = HostMessage::MotorParameter(MotorParameterRecord { index, value: 2e-4 });
     bench.describe(&[end.clone(), mass]);
     let other = BoardMessage::Fault(BoardFault::Map(MapFault::OtherDesign));
-    asked.iter().for_each(|message| bench.answers(message, &other));
+    for message in &asked {
+        bench.answers(message, &other);
+    }
     assert_eq!(flash.erasures, [0, 0]);
 }
 
