@@ -232,8 +232,8 @@ fn law_both_slots_wear_alike() {
     assert_eq!(flash.erasures, [50, 50]);
 }
 
-/// A cell that is worn, wherever it is, and stays zero, which a flash notices, or one, which it does not: the board says
-/// so or it does not matter, and what is kept is whole.
+/// A cell that is worn, wherever it is, and stays zero, which a flash notices, or one, which it does not: the board
+/// says so or it does not matter, and what is kept is whole.
 #[test]
 fn law_a_worn_cell_is_found_out() {
     let (flash, old) = with_two();
