@@ -5,7 +5,8 @@
 #
 # PROGRAM is a file of firmware/src/bin or firmware-checks/src/bin, without its ending; the path is that of its ELF.
 # Without PROGRAM the script builds everything except `peers`, and the path is that of `parity`. With a FILTER,
-# constant_rate or impact_aided, a program of firmware has that filter alone and fits a smaller part.
+# constant_rate or impact_aided, a program of firmware has that filter alone, keeps no description, and fits a smaller
+# part.
 #
 # The script looks for a Rust that can build for the target, in this order, each attempt of bounded time:
 #

@@ -22,12 +22,14 @@
 //! | `forecast` | what a move will take, asked before it is configured |
 //! | `retarget` | another target for the move under way |
 //! | `map_memory` | the response map, as it comes in parts |
+//! | `kept` | the description over a loss of power |
 //! | `measurements`, `ports` | the queues of measurements until the next tick, and what a tick sees of the board |
 
 mod configured_move;
 mod configured_rate;
 mod description;
 mod forecast;
+mod kept;
 mod map_memory;
 mod measurements;
 mod ports;
@@ -51,6 +53,7 @@ use crate::loop_report::LoopReport;
 use crate::telemetry::{ArmingState, Entry, Telemetry};
 pub use configured_move::MoveMemory;
 use configured_move::{Asked, Bench, Configured, Move};
+use kept::StoreRequest;
 use measurements::MeasurementQueues;
 use ports::Ports;
 
@@ -59,6 +62,9 @@ pub const SILENT_TICKS: u64 = 1000;
 
 /// The drive goes off after this many missed deadlines in a row.
 pub const OVERRUNS_MAX: u32 = 10;
+
+/// The answer to a session that begins.
+const WELCOME: BoardMessage = BoardMessage::Welcome { tick_nanos: PositionLoop::TICK_NANOS };
 
 /// What the loop may do.
 #[derive(Debug)]
@@ -103,6 +109,10 @@ pub struct Application<'m, D> {
     /// The most bytes that the stack has taken, as far as is known.
     stack_bytes_max: u32,
     reset_cause: ResetCause,
+    /// Whether the program has a place for a kept description.
+    has_store: bool,
+    /// What the host waits for.
+    store_request: Option<StoreRequest>,
 }
 
 impl<'m, D: DesignedDrive> Application<'m, D> {
@@ -127,6 +137,8 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             in_lock_step: true,
             stack_bytes_max: 0,
             reset_cause: ResetCause::Unknown,
+            has_store: false,
+            store_request: None,
         }
     }
 
@@ -372,23 +384,25 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     fn execute(&mut self, message: &HostMessage) -> Option<BoardMessage> {
         Some(match message {
             HostMessage::Hello => {
-                self.memory.configured = None;
-                self.memory.map.forget();
-                self.bench = Bench::default();
+                self.forget_description();
                 self.stop();
-                BoardMessage::Welcome { tick_nanos: PositionLoop::TICK_NANOS }
+                if self.has_store {
+                    return self.ask_store(StoreRequest::Restore);
+                }
+                WELCOME
             }
             HostMessage::Configure(configuration) => self.configure(Asked::Move(*configuration)),
             HostMessage::ConfigureRate(configuration) => self.configure(Asked::Rate(*configuration)),
-            HostMessage::Instruments(instruments) => self.describe(|bench| {
-                bench.instruments = instruments.checked()?;
-                Ok(())
-            }),
-            HostMessage::MotorParameter(parameter) => self.describe(|bench| bench.set(*parameter)),
-            HostMessage::Latency { ticks } => self.describe(|bench| bench.set_latency(*ticks)),
-            HostMessage::MapBegin | HostMessage::MapRows(_) | HostMessage::MapEnd(_) => {
-                self.describe_map(message)
-            }
+            HostMessage::DescriptionBegin
+            | HostMessage::Instruments(_)
+            | HostMessage::MotorParameter(_)
+            | HostMessage::Latency { .. }
+            | HostMessage::MapBegin
+            | HostMessage::MapRows(_)
+            | HostMessage::MapEnd(_) => return self.describe_by(message),
+            HostMessage::Keep => return self.ask_store(StoreRequest::Keep),
+            HostMessage::Forget => return self.ask_store(StoreRequest::Forget),
+            HostMessage::Digest => return self.ask_store(StoreRequest::Digest),
             HostMessage::Arm => self.arm(),
             HostMessage::Stop => {
                 self.stop();

@@ -1,6 +1,7 @@
 //! The board: the only module that accesses registers.
 //!
-//! - `mps2`: the emulated board, QEMU's mps2-an386 or mps2-an500: enabling pin, pulse width, serial line, watchdog.
+//! - `mps2`: the emulated board, QEMU's mps2-an386 or mps2-an500: enabling pin, pulse width, serial line, watchdog,
+//!   and memory that stands for a flash.
 //! - `stm32g474`, behind the feature of its name: the same of a real board.
 //! - `hardware`: the one of the two that the program is built for.
 //! - `faults`: handlers of panics and faults, for every program. They switch the drive off, print the reason, and end.
@@ -23,7 +24,7 @@ pub use stm32g474 as hardware;
 
 use link::ResetCause;
 
-use hardware::{Enable, Line, Vibrometer, Watchdog, Width};
+use hardware::{Enable, Flash, Line, Vibrometer, Watchdog, Width};
 
 /// Everything of the board that the program uses.
 #[derive(Debug)]
@@ -36,6 +37,8 @@ pub struct Parts {
     pub line: Line,
     /// The vibrometer.
     pub vibrometer: Vibrometer,
+    /// The flash of the kept description, from offset 0: [`crate::store::STORE_BYTES`].
+    pub flash: Flash,
     /// The watchdog, not yet started.
     pub watchdog: Watchdog,
     /// Why the board started.

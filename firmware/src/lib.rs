@@ -12,6 +12,7 @@
 //! | [`amplifier`] | samples | a pulse width and an enabling pin (`embedded-hal`) |
 //! | [`tasks`] | the timer | the two tasks that call all of the above, their deadlines and the queues between them |
 //! | [`telemetry`] | reports of ticks | entries of a log |
+//! | [`store`] | the description of the bench | the same, after a loss of power |
 //! | [`stack_gauge`] | words of the stack | the most bytes that it has taken |
 //!
 //! These compile for any machine, and unit tests run them on the host. Two modules are for the microcontroller only:
@@ -45,6 +46,7 @@ pub mod loop_report;
 #[cfg(target_os = "none")]
 pub mod semihosting;
 pub mod stack_gauge;
+pub mod store;
 pub mod tasks;
 pub mod telemetry;
 #[cfg(test)]

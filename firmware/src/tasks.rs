@@ -30,6 +30,12 @@
 //! watchdog is not fed, and it restarts the board with the drive off. The main loop serves the line: what a latency
 //! lets it be busy for at once has to be less than the line holds, eight bytes in four ticks on an STM32G474.
 //!
+//! # Outside of the tasks
+//!
+//! The main loop keeps, restores and forgets the description of the bench ([`crate::store`]) when the host asks for it,
+//! which it may while the loop is not armed. A flash holds the processor for up to a quarter of a second meanwhile, and
+//! with it the timer: the board's time stands still. The watchdog waits longer for that time alone.
+//!
 //! Three counters count ticks of 10 us:
 //!
 //! | counter | counts | without |
@@ -46,6 +52,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use controller::{Drive, LATENCY_TICKS_MAX, PositionLoop};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
+use embedded_storage_async::nor_flash::NorFlash;
 use estimator::LdvSample;
 use heapless::spsc::{Consumer, Producer, Queue};
 use link::{BoardMessage, ResetCause, TickRecord};
@@ -54,6 +61,7 @@ use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Time};
 use crate::amplifier::Amplifier;
 use crate::application::{Application, MoveMemory};
 use crate::design::DesignedDrive;
+use crate::store::Store;
 use crate::telemetry::Entry;
 use crate::waveform::{ModeIncrements, Waveform};
 
@@ -309,6 +317,21 @@ impl LoopTask<'_> {
     /// Keeps why the board started, for the host.
     pub fn record_reset(&mut self, cause: ResetCause) {
         self.application.record_reset(cause);
+    }
+
+    /// [`Application::restore`], before the timer starts.
+    pub fn restore<F: NorFlash>(&mut self, store: &mut Store<F>) {
+        self.application.restore(store);
+    }
+
+    /// Whether the host waits for something that the store does, which is not done within a tick.
+    pub fn wants_store(&self) -> bool {
+        self.application.wants_store()
+    }
+
+    /// [`Application::use_store`], outside of both tasks. The flash may hold the processor meanwhile.
+    pub fn use_store<F: NorFlash>(&mut self, store: &mut Store<F>, send: &mut impl FnMut(&[u8])) {
+        self.application.use_store(store, send);
     }
 
     /// Whether a tick waits.

@@ -1,13 +1,16 @@
-//! What the unit tests share: the pins of an amplifier, a move, frames of the host.
+//! What the unit tests share: the pins of an amplifier, a move, frames of the host, maps and a design.
 
 extern crate std;
 
 use core::cell::{Cell, RefCell};
 use std::vec::Vec;
 
+use controller::ResponseMap;
+use controller::response_map::{Burst, Cruise, Family, direction};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 use link::{Configuration, FRAME_BYTES_MAX, FilterKind, Header, HostMessage, encode};
+use motor_model::{DriveMode, MotorParams, Parameter};
 
 /// The pins of an amplifier, as a test sees them.
 #[derive(Default)]
@@ -79,4 +82,44 @@ pub fn framed(header: Header, message: &HostMessage) -> Vec<u8> {
     let mut frame = [0; FRAME_BYTES_MAX];
     let length = encode(header, message, &mut frame).unwrap();
     frame[..length].to_vec()
+}
+
+/// A map of `design` with `rows` in each table, at most 16.
+pub fn map_of(design: MotorParams, rows: u8) -> ResponseMap {
+    let place = |row: u8| f32::from(row + 1);
+    let cruises: Vec<Cruise> = (0..rows)
+        .map(|row| {
+            // The first half of them is of mode B.
+            let mode = if row < rows.div_ceil(2) { DriveMode::B } else { DriveMode::C };
+            Cruise {
+                mode,
+                amplitude: 0.05 * place(row),
+                rate_rad_s: direction(mode) * place(row),
+                rate_sd_rad_s: 0.1,
+                coast_s: 0.01,
+                coast_sd_rad: 0.001,
+            }
+        })
+        .collect();
+    let bursts: Vec<Burst> = (0..rows)
+        .map(|row| Burst {
+            amplitude: 1.0,
+            // Three bytes of postcard's, the most that a map has.
+            ticks: 999_900 + u32::from(row),
+            turn_rad: 0.01 * place(row),
+            motors_sd_rad: 0.001,
+            repeat_sd_rad: 0.001,
+        })
+        .collect();
+    ResponseMap::try_new(design, &cruises, [&bursts[..]; Family::ALL.len()], -0.25).unwrap()
+}
+
+/// A design no parameter of which is Table 1's.
+pub fn other_design() -> MotorParams {
+    Parameter::ALL.into_iter().fold(MotorParams::nominal(), |design, parameter| {
+        let (value, spec) = (design.get(parameter), parameter.spec());
+        // Within the bounds, whichever of the two is nearer.
+        let least = spec.min.max(0.5 * value - 1.0);
+        design.with(parameter, 0.99 * value + 0.01 * least).unwrap()
+    })
 }

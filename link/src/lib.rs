@@ -7,6 +7,8 @@
 //! - [`RateConfiguration`]: which rate, for how long, within which limits. [`RatePhase`]: what becomes of it.
 //! - [`MapRows`], [`map_messages`]: a response map, a few rows in each frame; [`MapFault`]: why it is refused.
 //! - [`ForecastAnswer`]: what a move will take, or the tolerance that can be met instead.
+//! - [`description_messages`], [`DescriptionDigest`]: what a board is told of its bench, and a digest of it;
+//!   [`DescriptionDigests`]: which one is in force, and which one is kept.
 //! - [`BoardIdentity`]: which loop the board was built of, and why it started.
 //! - [`numbering`]: the numbers of enumerations, both ways.
 //! - [`frame`]: a message with its [`Header`], a CRC-32, and no zero byte but the last ([`encode`], [`decode`]).
@@ -48,6 +50,7 @@
 
 pub mod camera_frame;
 mod deframer;
+mod description;
 mod forecast;
 pub mod frame;
 mod identity;
@@ -65,6 +68,10 @@ pub struct Readme;
 
 pub use camera_frame::{Expected, SHORT_FRAME_BYTES, encode_camera};
 pub use deframer::Deframer;
+pub use description::{
+    DescriptionDigest, DescriptionDigests, KeptDescription, PART_BYTES_MAX, decode_part,
+    description_messages, encode_part,
+};
 pub use forecast::{ForecastAnswer, ForecastRecord, UnreachableRecord};
 pub use frame::{
     FRAME_BYTES_MAX, FrameError, Header, LINE_BAUD, VERSION, decode, decode_on_board, encode, encode_on_board,

@@ -5,6 +5,7 @@ use estimator::{CameraFrame, Instruments, LdvSample};
 use motor_model::{Angle, Time};
 use serde::{Deserialize, Serialize};
 
+use crate::description::DescriptionDigests;
 use crate::forecast::ForecastAnswer;
 use crate::identity::BoardIdentity;
 use crate::map_rows::{MapEnd, MapFault, MapRows};
@@ -14,7 +15,8 @@ use crate::tick_record::TickRecord;
 /// From the host to the board.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum HostMessage {
-    /// Begins the session of the header. The board stops driving and drops its configuration.
+    /// Begins the session of the header. The board stops driving, and drops its configuration and what a host has
+    /// described: the description in force is the one that it keeps ([`HostMessage::Keep`]), or else the default one.
     Hello,
     /// The move to make once armed. Refused as a whole when a value is out of bounds, and while armed.
     Configure(Configuration),
@@ -30,11 +32,11 @@ pub enum HostMessage {
     Step,
     /// Asks for the counters.
     Count,
-    /// What camera and vibrometer are, for the configurations that follow; the default instruments without it. Refused
-    /// as a whole when a value is out of bounds.
+    /// What camera and vibrometer are, for the configurations that follow. Refused as a whole when a value is out of
+    /// bounds, and while armed.
     Instruments(Instruments),
-    /// A parameter of the motor's design, for the configurations that follow; that of Table 1 without it. Refused when
-    /// there is no such parameter, or its value is out of bounds.
+    /// A parameter of the motor's design, for the configurations that follow. Refused when there is no such parameter,
+    /// or its value is out of bounds, and while armed.
     MotorParameter(MotorParameterRecord),
     /// A response map of the motor that was described begins, without rows: the one before it, or that of Table 1, is
     /// forgotten, and so is the configuration, which plans by it. Refused while armed.
@@ -57,13 +59,27 @@ pub enum HostMessage {
     /// usable estimate as well.
     Hold,
     /// Ticks from the measurements of a tick until its command acts ([`controller::Drive::latency_ticks`]), for the
-    /// configurations that follow; 0 without it. Refused above [`controller::LATENCY_TICKS_MAX`], and while armed.
+    /// configurations that follow. Refused above [`controller::LATENCY_TICKS_MAX`], and while armed.
     Latency {
         /// The ticks.
         ticks: u8,
     },
     /// Asks what the board is.
     Identify,
+    /// Keep the description in force over a loss of power: it is in force again after every start and in every session
+    /// that begins, until a host describes another. Refused while armed, with a map that is incomplete or for another
+    /// motor, and by a board that has no place for it. The processor may stand still for 200 ms, so the host sends
+    /// nothing before the answer.
+    Keep,
+    /// Forget the description in force and the kept one: the default one is in force, and no move is configured.
+    /// Refused while armed, and by a board that has no place for one; the host sends nothing before the answer.
+    Forget,
+    /// Asks which description is in force, and which one is kept. Refused while armed, since it takes longer than a
+    /// tick, with a map that is incomplete or for another motor, and by a board that keeps nothing.
+    Digest,
+    /// A description of the bench begins: the default one is in force, of the default instruments, the motor of Table 1
+    /// and its map, and no latency. No move is configured. What is kept stays. Refused while armed.
+    DescriptionBegin,
 }
 
 /// From the board to the host.
@@ -97,6 +113,12 @@ pub enum BoardMessage {
     },
     /// Answer to [`HostMessage::Identify`].
     Identity(BoardIdentity),
+    /// The description in force is kept.
+    Kept,
+    /// The default description is in force, and none is kept.
+    Forgotten,
+    /// Answer to [`HostMessage::Digest`].
+    Digests(DescriptionDigests),
 }
 
 /// The filters that the board has.
@@ -248,6 +270,13 @@ pub enum BoardFault {
     /// The angle of the rotor is not known well enough to be a target. The move goes on.
     #[error("there is no usable estimate of the angle")]
     NoEstimate,
+    /// The board was built without a place for a description.
+    #[error("the board has no place to keep a description")]
+    KeepsNothing,
+    /// The flash has failed, or the description has no room there. A description that was kept before still is, unless
+    /// it was to be forgotten.
+    #[error("the board's flash has failed, or has no room for the description")]
+    NotStored,
 }
 
 /// Counts of received frames, of dropped measurements and of missed deadlines since the start.

@@ -4,13 +4,15 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use controller::ResponseMap;
 use estimator::{CameraDescription, Instruments};
 use host_sim::board::pil::FreeRunningBoard;
 use host_sim::board::telemetry::{LogDictionary, LogEntry, LogReader};
 use link::{
-    BoardFault, BoardMessage, Configuration, Counters, FilterKind, HostMessage, TargetRecord, VERSION,
+    BoardFault, BoardMessage, Configuration, Counters, DescriptionDigest, DescriptionDigests, FilterKind,
+    HostMessage, KeptDescription, TargetRecord, VERSION, description_messages,
 };
-use motor_model::Angle;
+use motor_model::{Angle, MotorParams};
 
 const MOVE: Configuration = Configuration {
     filter: FilterKind::Twin,
@@ -179,6 +181,34 @@ fn tool_board_forecasts_any_move_before_the_watchdog_loses_patience() {
     }
     // It knows its session: it has not started anew.
     board.counters();
+}
+
+/// The largest map is kept and restored between two feeds of the watchdog, which waits longer for that.
+#[test]
+fn tool_board_keeps_and_restores_before_the_watchdog_loses_patience() {
+    let mut board = Board::start_slower(None, 2);
+    let welcome = BoardMessage::Welcome { tick_nanos: 10_000 };
+    board.answers(&HostMessage::Hello, &welcome);
+    let nominal = MotorParams::nominal();
+    let description =
+        || description_messages(&nominal, Instruments::default(), 3, Some(ResponseMap::table_1()));
+    for message in description() {
+        board.answers(&message, &BoardMessage::Described);
+    }
+    board.answers(&HostMessage::Keep, &BoardMessage::Kept);
+    let digest = DescriptionDigest::of(description()).expect("each message fits");
+    let restored = BoardMessage::Digests(DescriptionDigests {
+        in_force: digest,
+        kept: KeptDescription::Whole { digest },
+    });
+    board.answers(&HostMessage::Digest, &restored);
+    // It knows its session: it has not started anew.
+    board.counters();
+    board.answers(&HostMessage::DescriptionBegin, &BoardMessage::Described);
+    board.answers(&HostMessage::Hello, &welcome);
+    board.answers(&HostMessage::Digest, &restored);
+    board.answers(&HostMessage::Forget, &BoardMessage::Forgotten);
+    assert!(board.counters().taken > 20, "since its first start");
 }
 
 /// Questions for the counters cost an armed board no deadline: the stack is looked at a few words a tick. A look at all

@@ -2,7 +2,8 @@
 //! pulled, put back, and disturbed.
 
 use std::fs::{DirEntry, File, read_dir, read_to_string};
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::net::UnixStream;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -17,6 +18,7 @@ use rustix::pipe::fcntl_setpipe_size;
 use rustix::process::{Pid, setpriority_process};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use tempfile::TempDir;
 
 use crate::programs::{elf, host_sim};
 
@@ -64,6 +66,9 @@ pub fn not_starved<T>(mut attempt: impl FnMut() -> Result<T, Starved>) -> T {
     (0..6).find_map(|_| attempt().ok()).expect("a machine that is not too busy for the emulator")
 }
 
+/// Name of the socket of the emulator's control.
+const CONTROL: &str = "control";
+
 /// Held by the test whose board runs: an emulated board on its own clock needs a processor of this machine.
 static ONE_BOARD: Mutex<()> = Mutex::new(());
 
@@ -108,6 +113,8 @@ pub struct CabledBoard {
     /// The host's end of the cable.
     to_host: Arc<Mutex<Option<File>>>,
     said: Receiver<BoardMessage>,
+    /// Holds the socket of the emulator's control.
+    folder: TempDir,
     _alone: MutexGuard<'static, ()>,
 }
 
@@ -119,9 +126,11 @@ impl CabledBoard {
     /// A board whose cable flips a bit of the byte of this number to it, if of any.
     pub fn start_disturbed(byte: Option<usize>) -> Self {
         let alone = ONE_BOARD.lock().unwrap_or_else(PoisonError::into_inner);
+        let folder = tempfile::tempdir().expect("a folder");
+        let control = format!("unix:{},server=on,wait=off", folder.path().join(CONTROL).display());
         let mut qemu = Command::new("qemu-system-arm")
             .args(["-M", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "stdio"])
-            .args(["-icount", "shift=0,sleep=off", "-name", "debug-threads=on"])
+            .args(["-icount", "shift=0,sleep=off", "-name", "debug-threads=on", "-qmp", &control])
             .args(["-semihosting-config", "enable=on,target=native,arg=firmware,arg=link=uart"])
             .args(["-kernel", &elf("board")])
             .stdin(Stdio::piped())
@@ -135,7 +144,8 @@ impl CabledBoard {
         let to_host = Arc::new(Mutex::new(None));
         let host_end = Arc::clone(&to_host);
         spawn(move || carry_from_board(from_qemu, &host_end, &hear));
-        let mut board = Self { qemu, cable: None, loose_end: Some(to_qemu), to_host, said, _alone: alone };
+        let mut board =
+            Self { qemu, cable: None, loose_end: Some(to_qemu), to_host, said, folder, _alone: alone };
         board.put_processor_last();
         board.plug(byte);
         board
@@ -179,6 +189,26 @@ impl CabledBoard {
         pulled.store(true, Ordering::Relaxed);
         self.loose_end = Some(to_board.join().expect("a thread that has not panicked"));
         *self.to_host.lock().expect("a thread that has not panicked") = None;
+    }
+
+    /// Starts the board anew, as its reset pin does: processor and devices, and not its memory. What it has said so far
+    /// is passed over.
+    pub fn reset(&self) {
+        let control = UnixStream::connect(self.folder.path().join(CONTROL)).expect("the emulator listens");
+        control.set_read_timeout(Some(WAIT_MAX)).expect("a timeout");
+        let mut lines = BufReader::new(&control).lines().map(|line| line.expect("a line"));
+        for (command, answer) in
+            [("qmp_capabilities", r#""return""#), ("system_reset", r#""event": "RESET""#)]
+        {
+            writeln!(&control, r#"{{"execute": "{command}"}}"#).expect("the emulator listens");
+            assert!(lines.any(|line| line.contains(answer)), "{command}");
+        }
+        while self.said.try_recv().is_ok() {}
+    }
+
+    /// What it has said since the last look or reset.
+    pub fn said_so_far(&self) -> Vec<BoardMessage> {
+        self.said.try_iter().collect()
     }
 
     /// Whether its cable is pulled.

@@ -146,6 +146,56 @@ fn tool_run_holds_a_rate_of_a_simulated_motor_by_a_board() {
     board.hears(|message| (*message == BoardMessage::Stopped).then_some(()));
 }
 
+/// The outcome of a short move of `board`.
+fn short_move(board: &CabledBoard, arguments: &[&str]) -> Result<Value, Starved> {
+    let run = board.run(&[&SHORT[..], &["--format", "json"], arguments].concat());
+    let Output { status, stdout, stderr } = run.wait_with_output().expect("it ends");
+    let stderr = String::from_utf8_lossy(&stderr);
+    Starved::check(&stderr)?;
+    assert!(status.success(), "{stderr}");
+    let outcome: Value = serde_json::from_slice(&stdout).expect("JSON and nothing else");
+    assert_eq!(outcome["ok"], true, "{outcome}");
+    Ok(outcome)
+}
+
+/// Whether the board says that it was described a bench, that it keeps one, and that it has forgotten one, while it is
+/// told what a run needs. What becomes of the move does not matter.
+fn told(board: &CabledBoard, arguments: &[&str]) -> Result<[bool; 3], Starved> {
+    drop(board.said_so_far());
+    let output = board.run(&[&SHORT[..], arguments].concat()).wait_with_output().expect("it ends");
+    let said = board.said_so_far();
+    if !said.contains(&BoardMessage::Armed) {
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        Starved::check(&stderr)?;
+        panic!("not armed: {stderr}");
+    }
+    Ok([BoardMessage::Described, BoardMessage::Kept, BoardMessage::Forgotten]
+        .map(|message| said.contains(&message)))
+}
+
+/// A board that has kept its bench, and is then reset, moves by it: nothing of it is sent again. A run of another bench
+/// is sent its own, and leaves what is kept. A board that has forgotten is sent everything, and keeps nothing.
+#[test]
+fn tool_run_moves_by_what_the_board_has_kept_over_a_reset() {
+    not_starved(|| {
+        let board = CabledBoard::start();
+        assert_eq!(told(&board, &["--keep"])?, [true, true, false]);
+        board.reset();
+        // It keeps this one already: its flash is left alone.
+        let again = not_starved(|| short_move(&board, &["--keep"]));
+        assert!(again["description"]["sent"] == false && again["description"]["kept"] == true, "{again}");
+        let said = board.said_so_far();
+        let of_description = [BoardMessage::Described, BoardMessage::Kept];
+        assert!(!said.is_empty() && !said.iter().any(|message| of_description.contains(message)), "{said:?}");
+        assert_eq!(told(&board, &["--set", "camera.noise_m=2e-6"])?, [true, false, false]);
+        assert_eq!(told(&board, &[])?, [false; 3]);
+        assert_eq!(told(&board, &["--forget"])?, [true, false, true]);
+        board.reset();
+        assert_eq!(told(&board, &[])?, [true, false, false]);
+        Ok(())
+    });
+}
+
 /// A bit that flips in the response map, as it is sent: the board does not take that frame, and the host sends all of
 /// it again.
 #[test]

@@ -30,11 +30,31 @@ impl<D: DesignedDrive> Application<'_, D> {
         }
     }
 
+    /// Takes what `message` tells of the bench, for the configurations that follow; `None` where it tells nothing.
+    pub(super) fn describe_by(&mut self, message: &HostMessage) -> Option<BoardMessage> {
+        Some(match message {
+            HostMessage::Instruments(instruments) => self.describe(|bench| {
+                bench.instruments = instruments.checked()?;
+                Ok(())
+            }),
+            HostMessage::DescriptionBegin => {
+                if self.is_armed() {
+                    return Some(BoardMessage::Fault(BoardFault::Armed));
+                }
+                self.forget_description();
+                BoardMessage::Described
+            }
+            HostMessage::MotorParameter(parameter) => self.describe(|bench| bench.set(*parameter)),
+            HostMessage::Latency { ticks } => self.describe(|bench| bench.set_latency(*ticks)),
+            HostMessage::MapBegin | HostMessage::MapRows(_) | HostMessage::MapEnd(_) => {
+                self.describe_map(message)
+            }
+            _ => return None,
+        })
+    }
+
     /// Changes the description of the bench, for the configurations that follow.
-    pub(super) fn describe(
-        &mut self,
-        change: impl FnOnce(&mut Bench) -> Result<(), OutOfBounds>,
-    ) -> BoardMessage {
+    fn describe(&mut self, change: impl FnOnce(&mut Bench) -> Result<(), OutOfBounds>) -> BoardMessage {
         if self.is_armed() {
             return BoardMessage::Fault(BoardFault::Armed);
         }
@@ -47,7 +67,7 @@ impl<D: DesignedDrive> Application<'_, D> {
     /// Takes a part of the response map, for the configurations that follow.
     // Never inlined: as above.
     #[inline(never)]
-    pub(super) fn describe_map(&mut self, part: &HostMessage) -> BoardMessage {
+    fn describe_map(&mut self, part: &HostMessage) -> BoardMessage {
         if self.is_armed() {
             return BoardMessage::Fault(BoardFault::Armed);
         }

@@ -30,6 +30,11 @@ impl MapMemory {
         }
     }
 
+    /// The map from the host, if one has begun.
+    pub(super) fn received(&self) -> Option<&ResponseMap> {
+        self.received.as_ref()
+    }
+
     /// From now on the map is that of Table 1.
     pub(super) fn forget(&mut self) {
         self.received = None;

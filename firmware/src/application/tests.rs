@@ -10,6 +10,7 @@ use link::{
 use motor_model::{DriveCommand, DriveMode, MotorParams, OutOfBounds};
 
 mod description;
+mod kept;
 mod latency;
 mod rate;
 mod retarget;

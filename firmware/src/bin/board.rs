@@ -1,4 +1,4 @@
-//! The whole program on a board: timer, serial line, vibrometer, watchdog, log.
+//! The whole program on a board: timer, serial line, vibrometer, watchdog, log, and the kept description.
 //!
 //! By default the board is the emulated one, and `tests/qemu` talks to it over the emulator's serial line. The feature
 //! of a real board builds the program for that board: `firmware/BRINGUP.md`.
@@ -21,6 +21,8 @@ mod board {
     use firmware::board::hardware::{CLOCK_HZ, Enable, Vibrometer, Width};
     use firmware::board::{Parts, end, stack_word_is_unused, stack_words};
     use firmware::stack_gauge::{StackGauge, WORDS_PER_TICK};
+    #[cfg(feature = "keep")]
+    use firmware::store::Store;
     use firmware::tasks::{BYTES_PER_TICK_MAX, TaskMemory, TimerTask};
     use firmware::telemetry::{self, log};
     use heapless::Deque;
@@ -67,9 +69,13 @@ mod board {
         else {
             end(Err(()))
         };
-        let Parts { width, enable, mut line, vibrometer, mut watchdog, reset_cause } = parts;
+        let Parts { width, enable, mut line, vibrometer, mut watchdog, reset_cause, .. } = parts;
         let Ok((timer_task, mut loop_task)) = memory.tasks(width, enable, vibrometer) else { end(Err(())) };
         loop_task.record_reset(reset_cause);
+        #[cfg(feature = "keep")]
+        let mut store = Store::new(parts.flash);
+        #[cfg(feature = "keep")]
+        loop_task.restore(&mut store);
         let mut stack = StackGauge::new(stack_words());
         free(|token| FIRST_TIMER_TASK.borrow(token).set(Some(timer_task)));
         let mut outgoing = Deque::<u8, OUTGOING_BYTES>::new();
@@ -84,6 +90,11 @@ mod board {
                 let _ = bytes.push(byte);
             }
             loop_task.receive(&bytes, &mut |frame| enqueue(&mut outgoing, frame));
+            #[cfg(feature = "keep")]
+            if loop_task.wants_store() {
+                let send = &mut |frame: &[u8]| enqueue(&mut outgoing, frame);
+                watchdog.while_storing(|| loop_task.use_store(&mut store, send));
+            }
             let before = SYST::get_current();
             let ran = loop_task.run_tick(&mut |frame| enqueue(&mut outgoing, frame));
             if ran {

@@ -1,5 +1,7 @@
 //! Registers of the mps2 boards. The emulated board has no pulse-width timer and no bridge: a latch of ten bits stands
-//! for the pulse width, and lamp 0 for the enabling pin.
+//! for the pulse width, and lamp 0 for the enabling pin. Nor has it a flash that a program can write: memory outside of
+//! the program's variables stands for one. A reset of the board leaves that memory as it is; what was kept ends with
+//! the emulator.
 
 #![expect(unsafe_code, reason = "registers lie at fixed addresses, in memory that nothing else uses")]
 
@@ -10,7 +12,10 @@ use embedded_hal::pwm::{self, SetDutyCycle};
 
 use link::ResetCause;
 
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+
 use super::Parts;
+use crate::store::{SLOT_BYTES, STORE_BYTES, check_range};
 use crate::tasks::NoConverter;
 
 /// Lamp 0 stands for the bridge's enabling pin.
@@ -57,6 +62,7 @@ impl Parts {
             enable: Enable,
             line,
             vibrometer: NoConverter,
+            flash: Flash,
             watchdog: Watchdog,
             reset_cause: ResetCause::Unknown,
         })
@@ -141,6 +147,66 @@ impl Line {
 /// This board has no vibrometer: the samples come from the host.
 pub type Vibrometer = NoConverter;
 
+/// Stands for a flash: writing clears bits, and erasing sets those of a page. It never fails.
+#[derive(Debug)]
+pub struct Flash;
+
+impl Flash {
+    /// In the middle of the 4 MiB that both boards have at the address of the program's variables, which take 64 KiB.
+    const START: *mut u8 = 0x2020_0000 as *mut u8;
+
+    /// The byte at `offset`, which is below [`STORE_BYTES`]: the operations check it.
+    fn at(offset: u32) -> *mut u8 {
+        Self::START.wrapping_add(offset as usize)
+    }
+}
+
+impl ErrorType for Flash {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        check_range(offset, bytes.len(), Self::READ_SIZE)?;
+        for (at, byte) in (offset..).zip(bytes) {
+            // SAFETY: within memory that nothing else uses.
+            *byte = unsafe { Self::at(at).read_volatile() };
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        STORE_BYTES as usize
+    }
+}
+
+impl NorFlash for Flash {
+    /// As on an STM32G474.
+    const WRITE_SIZE: usize = 8;
+    const ERASE_SIZE: usize = SLOT_BYTES as usize;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        check_range(from, to.saturating_sub(from) as usize, Self::ERASE_SIZE)?;
+        for at in from..to {
+            // SAFETY: as above.
+            unsafe { Self::at(at).write_volatile(0xff) }
+        }
+        Ok(())
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        check_range(offset, bytes.len(), Self::WRITE_SIZE)?;
+        for (at, byte) in (offset..).zip(bytes) {
+            let place = Self::at(at);
+            // SAFETY: as above.
+            unsafe { place.write_volatile(place.read_volatile() & byte) }
+        }
+        Ok(())
+    }
+}
+
 /// Restarts the board when it is not fed in time. The drive is off after every start.
 #[derive(Debug)]
 pub struct Watchdog;
@@ -155,6 +221,8 @@ impl Watchdog {
     /// 5 ms. The watchdog restarts the board after twice this time. Construction of a filter, the longest time between
     /// two feeds, takes over 2 ms at 250 million instructions a second.
     const CLOCKS: u32 = CLOCK_HZ / 200;
+    /// 250 ms.
+    const STORING_CLOCKS: u32 = CLOCK_HZ / 4;
 
     /// Starts it. From now on it must be fed every 5 ms; after 10 ms without, it restarts the board.
     pub fn start(&mut self) {
@@ -168,5 +236,13 @@ impl Watchdog {
     pub fn feed(&mut self) {
         write(WATCHDOG, Self::CLEAR, 1);
         write(WATCHDOG, Self::LOAD, Self::CLOCKS);
+    }
+
+    /// Does `work` of the store, for which the watchdog waits half a second.
+    pub fn while_storing<T>(&mut self, work: impl FnOnce() -> T) -> T {
+        write(WATCHDOG, Self::LOAD, Self::STORING_CLOCKS);
+        let done = work();
+        self.feed();
+        done
     }
 }

@@ -10,6 +10,7 @@
 //! | PA0 | ADC1 channel 1: the vibrometer's output |
 
 mod clocks;
+mod flash;
 mod wait;
 
 use core::convert::Infallible;
@@ -22,6 +23,7 @@ use link::{LINE_BAUD, ResetCause};
 
 use super::Parts;
 use crate::tasks::Converter;
+pub use flash::Flash;
 use wait::wait_until;
 
 /// Frequency of the processor and of everything on its bus.
@@ -76,6 +78,7 @@ impl Parts {
             enable: Enable(device.GPIOB),
             line: Line::start(device.LPUART1),
             vibrometer: Vibrometer::start(device.ADC1, &device.ADC12_COMMON)?,
+            flash: Flash::new(device.FLASH),
             watchdog: Watchdog(device.IWDG),
             reset_cause,
         })
@@ -228,19 +231,42 @@ impl Converter for Vibrometer {
 pub struct Watchdog(pac::IWDG);
 
 impl Watchdog {
+    /// Periods of 32 kHz / 4 in 10 ms.
+    const PERIODS: u16 = 80;
+    /// The most that the register holds: half a second. A description takes two erasures of 25 ms and 440 words of 90
+    /// us, and to forget one four erasures.
+    const STORING_PERIODS: u16 = 4095;
+    /// Longest time until a new period is taken: ten of the clock's.
+    const CHANGE_MICROS: u32 = 1000;
+
     /// Starts it. From now on it must be fed.
     pub fn start(&mut self) {
         self.0.kr().write(|w| w.key().start());
         self.0.kr().write(|w| w.key().unlock());
-        // 80 periods of 32 kHz / 4.
         self.0.pr().write(|w| w.pr().divide_by4());
-        self.0.rlr().write(|w| w.rl().set(80));
-        self.feed();
+        self.wait_for(Self::PERIODS);
     }
 
     /// Restarts the count.
     #[inline]
     pub fn feed(&mut self) {
         self.0.kr().write(|w| w.key().feed());
+    }
+
+    /// Does `work` of the store, for which the watchdog waits half a second: the flash may hold the processor.
+    pub fn while_storing<T>(&mut self, work: impl FnOnce() -> T) -> T {
+        self.wait_for(Self::STORING_PERIODS);
+        let done = work();
+        self.wait_for(Self::PERIODS);
+        done
+    }
+
+    /// From now on it waits for so many periods of its clock. A count takes the new number once the register's update
+    /// is over (`IWDG_SR` of RM0440).
+    fn wait_for(&mut self, periods: u16) {
+        self.0.kr().write(|w| w.key().unlock());
+        self.0.rlr().write(|w| w.rl().set(periods));
+        let _ = wait_until(Self::CHANGE_MICROS, || self.0.sr().read().rvu().bit_is_clear());
+        self.feed();
     }
 }

@@ -30,10 +30,7 @@ mod tests;
 use std::fmt;
 use std::ops::ControlFlow;
 
-use link::{
-    BoardMessage, Configuration, FilterKind, HostMessage, MotorParameterRecord, TickRecord, map_messages,
-};
-use motor_model::Parameter;
+use link::{BoardMessage, Configuration, FilterKind, HostMessage, TickRecord, description_messages};
 use serde::Serialize;
 
 use crate::board::BoardError;
@@ -117,8 +114,8 @@ fn verdict(identical: bool, steps: u64) -> String {
     format!("compared           {steps} ticks: {verdict}")
 }
 
-/// What the microcontroller is told before it is armed: the instruments, the parameters of the motor that `scene` sets,
-/// the response map, and the move.
+/// What the microcontroller is told before it is armed: the instruments, the latency, the parameters of the motor that
+/// are not Table 1's, the response map, and the move.
 ///
 /// # Errors
 /// When the scene's map is for another design.
@@ -128,25 +125,20 @@ pub(crate) fn preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError>
     Ok(messages)
 }
 
-/// The instruments, the latency, the parameters of the motor that `scene` sets, and the response map.
+/// The instruments, the latency, the parameters of the motor that are not Table 1's, and the response map.
 fn description(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
-    let index = |parameter: Parameter| Parameter::ALL.iter().position(|other| *other == parameter);
-    let parameters = scene.motor_overrides().filter_map(|(parameter, value)| {
-        let index = u8::try_from(index(parameter)?).ok()?;
-        Some(HostMessage::MotorParameter(MotorParameterRecord { index, value }))
-    });
-    let instruments = HostMessage::Instruments(assumed(scene));
-    let latency = u8::try_from(latency_ticks(scene)).ok().map(|ticks| HostMessage::Latency { ticks });
-    let mut messages: Vec<HostMessage> =
-        std::iter::once(instruments).chain(latency).chain(parameters).collect();
-    messages.extend(map_messages(&*scene.response_map()?));
-    Ok(messages)
+    // At most `LATENCY_TICKS_MAX`, which is less.
+    let latency_ticks = u8::try_from(latency_ticks(scene)).unwrap_or(u8::MAX);
+    let map = scene.response_map()?;
+    Ok(description_messages(&scene.motor_params(), assumed(scene), latency_ticks, Some(&map)).collect())
 }
 
-/// The board's answer to a message of [`preparation`].
+/// The board's answer to a message of [`preparation`], and to one that keeps it.
 pub(crate) fn acknowledgement(message: &HostMessage) -> BoardMessage {
     match message {
         HostMessage::Configure(_) | HostMessage::ConfigureRate(_) => BoardMessage::Configured,
+        HostMessage::Keep => BoardMessage::Kept,
+        HostMessage::Forget => BoardMessage::Forgotten,
         _ => BoardMessage::Described,
     }
 }

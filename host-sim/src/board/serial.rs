@@ -20,6 +20,7 @@
 //! | `plant` | the simulated motor under the drive that the board reports: hardware in the loop |
 //! | `report_record` | what the board reports as a record of a run, and the frames that go with it |
 //! | `progress` | what is known in the middle of a run, and who sees it |
+//! | `description` | what the board is told before a run, and what it keeps of it |
 //! | `task` | what is asked of the board, a move or a rate, and what is seen of it |
 //! | `serial_run` | the run: from the first message to the acknowledged stop |
 //! | `outcome` | what became of it |
@@ -32,6 +33,7 @@
 
 mod board_pace;
 pub mod clock;
+mod description;
 mod error;
 mod frame_source;
 pub mod frame_text;
@@ -45,6 +47,7 @@ mod serial_run;
 mod session;
 mod task;
 
+pub use description::{DescriptionFigures, Keeping};
 pub use error::SerialError;
 pub use frame_source::FrameSource;
 pub use outcome::{

@@ -9,13 +9,14 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueHint};
 use indicatif::ProgressBar;
+use link::{KeptDescription, VERSION};
 
 use super::count::Count;
 use super::readers::{RUN_MOVE, RUN_RATE};
 use super::report::Request;
 use super::{Format, MapArgs, SceneArgs, interruption, progress, result_json};
 use crate::board::serial::{
-    BoardTask, FrameSource, IdentityFigures, Progress, SerialError, SerialRun, Watcher,
+    BoardTask, FrameSource, IdentityFigures, Keeping, Progress, SerialError, SerialRun, Watcher,
 };
 use crate::cli::CommandError;
 use crate::log::{Ending, LogError, LogOptions, LogRecorder};
@@ -55,6 +56,13 @@ pub(super) struct RunArgs {
     /// Filter on the board: `constant_rate`, `impact_aided`, twin or best
     #[arg(long, value_name = "FILTER")]
     filter: Option<String>,
+    /// Let the board keep the description of its bench over a loss of power: instruments, motor, latency and map. A
+    /// board that keeps the very description of a run is not sent it again
+    #[arg(long, conflicts_with = "forget")]
+    keep: bool,
+    /// Let the board forget the description that it keeps, before the run
+    #[arg(long)]
+    forget: bool,
     /// Write all that the board reports to a log: .mcap for Foxglove, `PlotJuggler` and `host-sim explain`, .parquet or
     /// .csv for a table. Times count from arming by the board's clock
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -93,6 +101,7 @@ impl RunArgs {
             baud: self.baud as u32,
             scene: &scene,
             task,
+            keeping: self.keeping(),
             source: &source,
             interrupted: &interrupted,
         };
@@ -114,6 +123,15 @@ impl RunArgs {
             None => String::new(),
         };
         Ok(files::print(&self.format.of(format!("{outcome}{logged}"), json))?)
+    }
+
+    /// What becomes of the description that the board keeps.
+    fn keeping(&self) -> Keeping {
+        match (self.keep, self.forget) {
+            (true, _) => Keeping::Keep,
+            (false, true) => Keeping::Forget,
+            (false, false) => Keeping::Untouched,
+        }
     }
 
     /// The log, if one was asked for. Ctrl-C ends the run, and the run the log.
@@ -164,6 +182,14 @@ impl LiveView {
 impl Watcher for LiveView {
     fn board(&mut self, identity: &IdentityFigures) {
         identity.warnings().for_each(|warning| progress::note(&format!("note: {warning}")));
+    }
+
+    fn kept(&mut self, kept: KeptDescription) {
+        if let KeptDescription::OtherVersion { version } = kept {
+            progress::note(&format!(
+                "note: the board keeps a description of protocol version {version}, not {VERSION}, and does not use it"
+            ));
+        }
     }
 
     fn record(&mut self, record: &RunRecord) -> ControlFlow<()> {

@@ -14,9 +14,10 @@ use rand_pcg::Pcg64;
 use super::*;
 use crate::{
     BoardFault, BoardIdentity, BoardMessage, CameraRecord, CommandRecord, Configuration, Counters, Deframer,
-    EstimateRecord, FilterKind, ForecastRecord, HostMessage, InnovationRecord, LdvRecord, LdvRecords,
-    MotorParameterRecord, PhaseRecord, RateConfiguration, RateLimitsRecord, RatePhase, RateRecord,
-    ResetCause, TargetRecord, TickRecord, UnreachableRecord, encode_camera, map_messages,
+    DescriptionDigests, EstimateRecord, FilterKind, ForecastRecord, HostMessage, InnovationRecord,
+    KeptDescription, LdvRecord, LdvRecords, MotorParameterRecord, PhaseRecord, RateConfiguration,
+    RateLimitsRecord, RatePhase, RateRecord, ResetCause, TargetRecord, TickRecord, UnreachableRecord,
+    encode_camera, map_messages,
 };
 
 const HEADER: Header = Header { session: 0x0102_0304, sequence: 7, ticks: 1 << 40 };
@@ -73,6 +74,10 @@ fn host_messages() -> Vec<HostMessage> {
         HostMessage::Hold,
         HostMessage::Latency { ticks: 12 },
         HostMessage::Identify,
+        HostMessage::Keep,
+        HostMessage::Forget,
+        HostMessage::Digest,
+        HostMessage::DescriptionBegin,
         arm,
         HostMessage::Step,
         camera,
@@ -112,6 +117,10 @@ fn exact_every_message_comes_back() {
     for message in board_messages() {
         assert_eq!(decode(&mut framed(HEADER, &message)), Ok((HEADER, message)));
     }
+}
+
+fn digests(kept: KeptDescription) -> BoardMessage {
+    BoardMessage::Digests(DescriptionDigests { in_force: 0xfedc_ba98_7654_3210, kept })
 }
 
 /// Messages of the board, one of each kind.
@@ -173,6 +182,13 @@ fn board_messages() -> Vec<BoardMessage> {
             loop_digest: 0x0123_4567_89ab_cdef,
             reset_cause: ResetCause::Watchdog.into(),
         }),
+        BoardMessage::Kept,
+        BoardMessage::Forgotten,
+        digests(KeptDescription::Nothing),
+        digests(KeptDescription::Whole { digest: 0x0123_4567_89ab_cdef }),
+        digests(KeptDescription::OtherVersion { version: 9 }),
+        BoardMessage::Fault(BoardFault::KeepsNothing),
+        BoardMessage::Fault(BoardFault::NotStored),
         BoardMessage::Forecast(Ok(forecast)),
         BoardMessage::Forecast(Err(UnreachableRecord { tolerance_rad: 1e-5, least_rad: None, time_s: 0.1 })),
         BoardMessage::Forecast(Err(UnreachableRecord {

@@ -227,6 +227,9 @@ impl SerialError {
             Self::Refused { fault: BoardFault::OutOfBounds { key }, .. } => {
                 format!("the firmware may be built without it, or {key} is out of its bounds")
             }
+            Self::Refused { fault: BoardFault::KeepsNothing, .. } => {
+                "firmware of one filter is built without the feature keep: firmware/BRINGUP.md".to_owned()
+            }
             Self::Board(error) => return error.hint(),
             Self::Output(error) => return error.hint(),
             _ => return None,

@@ -5,6 +5,8 @@ use std::fmt;
 use link::{BoardIdentity, Counters, LOOP_DIGEST, ResetCause};
 use serde::Serialize;
 
+use super::description::DescriptionFigures;
+
 /// The board's clock beside the host's.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ClockFigures {
@@ -147,6 +149,8 @@ pub struct SessionFigures {
     pub stop_acknowledged: bool,
     /// The board.
     pub board: IdentityFigures,
+    /// What it was told of the bench, and keeps.
+    pub description: DescriptionFigures,
     /// The clocks.
     pub clock: Option<ClockFigures>,
     /// The line.
@@ -254,6 +258,13 @@ impl fmt::Display for SessionFigures {
         writeln!(f, "stop               {acknowledged}")?;
         let sources = if self.board.is_this_loop { "this program's sources" } else { "other sources" };
         writeln!(f, "firmware           of {sources}, started by: {}", self.board.reset_cause)?;
+        let DescriptionFigures { sent, kept, .. } = self.description;
+        let description = match (sent, kept) {
+            (true, false) => "sent to the board",
+            (true, true) => "sent to the board, which keeps it",
+            (false, _) => "kept by the board, and not sent",
+        };
+        writeln!(f, "description        {description}")?;
         if let Some(clock) = &self.clock {
             write!(f, "clock              known to {:.0} us", clock.uncertainty_us)?;
             if let (Some(drift), Some(bound)) = (clock.drift_ppm, clock.drift_uncertainty_ppm) {

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::ops::ControlFlow;
 
+use link::KeptDescription;
+
 use super::outcome::IdentityFigures;
 use simulation::runs::record::RunRecord;
 
@@ -89,6 +91,9 @@ impl fmt::Display for Progress {
 pub trait Watcher {
     /// Takes what the board is, before it is told anything.
     fn board(&mut self, identity: &IdentityFigures);
+
+    /// Takes what the board kept before it was told anything.
+    fn kept(&mut self, kept: KeptDescription);
 
     /// Takes a record. [`ControlFlow::Break`] ends the run as an interruption does.
     fn record(&mut self, record: &RunRecord) -> ControlFlow<()>;

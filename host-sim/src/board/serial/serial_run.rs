@@ -12,6 +12,7 @@ use motor_model::{DriveCommand, Time};
 
 use super::SerialError;
 use super::board_pace::BoardPace;
+use super::description::{DescriptionFigures, Keeping, prepare};
 use super::error::Stopped;
 use super::frame_source::FrameSource;
 use super::frame_text::HostFrame;
@@ -24,7 +25,6 @@ use super::progress::{Progress, Watcher};
 use super::report_record::{ReportRecords, Reported, sd_deg};
 use super::session::{BoardSession, Event, host_nanos, nanos, seconds};
 use super::task::{BoardTask, WatchedTask};
-use crate::board::pil::acknowledgement;
 use simulation::math::count::real;
 use simulation::runs::record::mode_word;
 use simulation::scene::Scene;
@@ -44,8 +44,6 @@ const FIRST_QUESTIONS: u32 = 16;
 const LOOK_EVERY: Duration = Duration::from_millis(4);
 /// Time between two pictures of the live view.
 const PROGRESS_EVERY: Duration = Duration::from_millis(100);
-/// Times that the board is told what the run needs, before the host gives up.
-const UPLOADS_MAX: u32 = 3;
 /// Share of the line that camera frames may take.
 const FRAMES_SHARE_MAX: f64 = 0.7;
 
@@ -60,6 +58,8 @@ pub struct SerialRun<'a> {
     pub scene: &'a Scene,
     /// What of the scene is asked of the board.
     pub task: BoardTask,
+    /// What becomes of the description that the board keeps.
+    pub keeping: Keeping,
     /// Where camera frames come from.
     pub source: &'a FrameSource,
     /// Set to end the run.
@@ -85,10 +85,10 @@ impl SerialRun<'_> {
         let mut session = BoardSession::open(self.port, self.baud)?;
         let identity = IdentityFigures::from(session.identity()?);
         watcher.board(&identity);
-        upload(&mut session, &messages)?;
+        let description = prepare(&mut session, &messages, self.keeping, |kept| watcher.kept(kept))?;
         self.source.forward_to(session.sender());
         let ticks = session.arm()?;
-        let mut armed = ArmedRun::new(self, session, identity, plant, ticks);
+        let mut armed = ArmedRun::new(self, session, (identity, description), plant, ticks);
         let ending = armed.watch(self.interrupted, watcher);
         armed.end(ending)
     }
@@ -106,34 +106,6 @@ impl SerialRun<'_> {
             return Err(SerialError::LineTooSlow { frame_rate_hz, needed_baud, most_hz, baud });
         }
         Ok(())
-    }
-}
-
-/// Tells the board what the run needs. The line may lose a frame or its answer: without an answer the board is told
-/// everything again, at most [`UPLOADS_MAX`] times in all.
-fn upload(session: &mut BoardSession, messages: &[HostMessage]) -> Result<(), SerialError> {
-    let mut uploads = 1;
-    loop {
-        let told = messages
-            .iter()
-            .try_for_each(|message| session.ask(message, what(message), &acknowledgement(message)));
-        match told {
-            Err(SerialError::Unanswered { .. }) if uploads < UPLOADS_MAX => session.hello()?,
-            told => return told,
-        }
-        uploads += 1;
-    }
-}
-
-/// What a message of the preparation is, for its refusal.
-fn what(message: &HostMessage) -> &'static str {
-    match message {
-        HostMessage::Instruments(_) => "the instruments",
-        HostMessage::Latency { .. } => "the latency",
-        HostMessage::MotorParameter(_) => "a parameter of the motor",
-        HostMessage::MapBegin | HostMessage::MapRows(_) | HostMessage::MapEnd(_) => "the response map",
-        HostMessage::ConfigureRate(_) => "the rate",
-        _ => "the move",
     }
 }
 
@@ -166,6 +138,7 @@ impl From<SerialError> for Early {
 struct ArmedRun {
     session: BoardSession,
     identity: IdentityFigures,
+    description: DescriptionFigures,
     plant: Option<PlantInTheLoop>,
     records: ReportRecords,
     armed_at: i64,
@@ -187,7 +160,7 @@ impl ArmedRun {
     fn new(
         asked: &SerialRun<'_>,
         mut session: BoardSession,
-        identity: IdentityFigures,
+        (identity, description): (IdentityFigures, DescriptionFigures),
         plant: Option<PlantInTheLoop>,
         begun_ticks: u64,
     ) -> Self {
@@ -197,6 +170,7 @@ impl ArmedRun {
         Self {
             session,
             identity,
+            description,
             plant,
             records: ReportRecords::new(Time::from_nanos(begun_ticks * PositionLoop::TICK_NANOS)),
             armed_at: now,
@@ -389,6 +363,7 @@ impl ArmedRun {
             host_s,
             stop_acknowledged,
             board: self.identity,
+            description: self.description,
             clock: clock.map(|(clock, shortest)| ClockFigures {
                 uncertainty_us: 1e-3 * clock.uncertainty_nanos(now),
                 drift_ppm: clock.drift().map(|drift| 1e6 * drift),

@@ -9,8 +9,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use controller::PositionLoop;
 use link::{
-    BoardIdentity, BoardMessage, CameraRecord, Counters, Deframer, FRAME_BYTES_MAX, FrameError, Header,
-    HostMessage, decode, encode, encode_camera,
+    BoardFault, BoardIdentity, BoardMessage, CameraRecord, Counters, Deframer, DescriptionDigests,
+    FRAME_BYTES_MAX, FrameError, Header, HostMessage, decode, encode, encode_camera,
 };
 use serialport::SerialPort;
 
@@ -125,12 +125,32 @@ impl BoardSession {
         Err(SerialError::Unanswered { what, waited_s: 2.0 * ANSWER_MAX.as_secs_f64() })
     }
 
+    /// Which description of the bench is in force on the board, and which it keeps; `None` where it has no place for
+    /// one. The line may lose the question or its answer: it is asked again, once.
+    ///
+    /// # Errors
+    /// When the board does not answer.
+    pub(super) fn digests(&mut self) -> Result<Option<DescriptionDigests>, SerialError> {
+        let what = "the question which description it has";
+        for _ in 0..2 {
+            self.send(&HostMessage::Digest)?;
+            match self.answer(what, |answer| matches!(answer, BoardMessage::Digests(_))) {
+                Ok((_, BoardMessage::Digests(digests))) => return Ok(Some(digests)),
+                Err(SerialError::Refused { fault: BoardFault::KeepsNothing, .. }) => return Ok(None),
+                Ok(_) | Err(SerialError::Unanswered { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Err(SerialError::Unanswered { what, waited_s: 2.0 * ANSWER_MAX.as_secs_f64() })
+    }
+
     /// Where other threads put events.
     pub(super) fn sender(&self) -> Sender<Event> {
         self.to_events.clone()
     }
 
-    /// Begins the session, or begins it again: the board forgets what it was told, and switches its drive off.
+    /// Begins the session, or begins it again: the board forgets what it was told and does not keep, and switches its
+    /// drive off.
     ///
     /// # Errors
     /// When nothing answers, or the board is of another version.
@@ -155,8 +175,7 @@ impl BoardSession {
                     }
                     Event::OtherVersion { theirs } => return Err(SerialError::OtherVersion { theirs }),
                     Event::Board {
-                        message: BoardMessage::Fault(link::BoardFault::Version { ours, .. }),
-                        ..
+                        message: BoardMessage::Fault(BoardFault::Version { ours, .. }), ..
                     } => return Err(SerialError::OtherVersion { theirs: ours }),
                     Event::Closed(reason) => return Err(self.closed(reason, None)),
                     _ => {}

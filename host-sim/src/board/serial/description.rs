@@ -1,0 +1,102 @@
+//! What a board is told before a run, and what it keeps of it over a loss of power.
+//!
+//! ```text
+//! --forget: Forget ---+
+//!                     v          the same digest: nothing          --keep, unless it keeps this one
+//! Hello ---------> Digest? --+------------------------------> task ------------------------------> Keep
+//!                            +--> Instruments ... MapEnd --->
+//! ```
+//!
+//! A board begins a session with the description that it keeps. Where its digest is that of the scene's description,
+//! the board has it already.
+
+use link::{DescriptionDigest, HostMessage, KeptDescription};
+use serde::Serialize;
+
+use super::SerialError;
+use super::session::BoardSession;
+use crate::board::pil::acknowledgement;
+
+/// Times that the board is told what the run needs, before the host gives up.
+const UPLOADS_MAX: u32 = 3;
+
+/// What becomes of the description that the board keeps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Keeping {
+    /// It stays as it is.
+    #[default]
+    Untouched,
+    /// That of this run takes its place.
+    Keep,
+    /// It is forgotten before this run is described.
+    Forget,
+}
+
+/// The description of a run's bench on the board.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DescriptionFigures {
+    /// Its digest ([`DescriptionDigest`]) in sixteen digits.
+    pub digest: String,
+    /// Whether the board was told it: not where it had it already.
+    pub sent: bool,
+    /// Whether the board keeps it, and no other, over a loss of power.
+    pub kept: bool,
+}
+
+/// Tells the board what the run needs: `messages`, of which the last is the task and the others describe the bench.
+/// `see` gets what the board kept before, where it has a place for that.
+///
+/// # Errors
+/// When the board refuses a message, or does not answer.
+pub(super) fn prepare(
+    session: &mut BoardSession,
+    messages: &[HostMessage],
+    keeping: Keeping,
+    see: impl FnOnce(KeptDescription),
+) -> Result<DescriptionFigures, SerialError> {
+    let (description, task) = messages.split_at(messages.len().saturating_sub(1));
+    let digest = DescriptionDigest::of(description.iter().cloned())?;
+    let found = session.digests()?;
+    if let Some(found) = found {
+        see(found.kept);
+    }
+    let forgets = keeping == Keeping::Forget;
+    let sent = forgets || found.is_none_or(|found| found.in_force != digest);
+    let is_kept = !forgets && found.is_some_and(|found| found.kept == KeptDescription::Whole { digest });
+    let keeps = keeping == Keeping::Keep && !is_kept;
+    let forget = forgets.then_some(HostMessage::Forget);
+    let description = description.iter().filter(|_| sent).chain(task).cloned();
+    let keep = keeps.then_some(HostMessage::Keep);
+    upload(session, &forget.into_iter().chain(description).chain(keep).collect::<Vec<_>>())?;
+    Ok(DescriptionFigures { digest: format!("{digest:016x}"), sent, kept: is_kept || keeps })
+}
+
+/// Tells the board `messages`. The line may lose a frame or its answer: without an answer the board is told everything
+/// again, at most [`UPLOADS_MAX`] times in all.
+fn upload(session: &mut BoardSession, messages: &[HostMessage]) -> Result<(), SerialError> {
+    let mut uploads = 1;
+    loop {
+        let told = messages
+            .iter()
+            .try_for_each(|message| session.ask(message, what(message), &acknowledgement(message)));
+        match told {
+            Err(SerialError::Unanswered { .. }) if uploads < UPLOADS_MAX => session.hello()?,
+            told => return told,
+        }
+        uploads += 1;
+    }
+}
+
+/// What a message is, for its refusal.
+fn what(message: &HostMessage) -> &'static str {
+    match message {
+        HostMessage::Instruments(_) => "the instruments",
+        HostMessage::Latency { .. } => "the latency",
+        HostMessage::MotorParameter(_) => "a parameter of the motor",
+        HostMessage::MapBegin | HostMessage::MapRows(_) | HostMessage::MapEnd(_) => "the response map",
+        HostMessage::ConfigureRate(_) => "the rate",
+        HostMessage::Keep => "to keep the description",
+        HostMessage::Forget => "to forget its description",
+        _ => "the move",
+    }
+}
