@@ -8,6 +8,8 @@
 //! - [`MapRows`], [`map_messages`]: a response map, a few rows in each frame; [`MapFault`]: why it is refused.
 //! - [`ForecastAnswer`]: what a move will take, or the tolerance that can be met instead.
 //! - [`BoardIdentity`]: which loop the board was built of, and why it started.
+//! - [`Jog`], [`JogReport`]: the drive by hand. [`SelfTestReport`]: what a board can tell of itself at rest. Both have
+//!   [`VelocitySums`].
 //! - [`numbering`]: the numbers of enumerations, both ways.
 //! - [`frame`]: a message with its [`Header`], a CRC-32, and no zero byte but the last ([`encode`], [`decode`]).
 //! - [`camera_frame`]: the short frames of the camera ([`encode_camera`]).
@@ -51,10 +53,13 @@ mod deframer;
 mod forecast;
 pub mod frame;
 mod identity;
+mod jog;
 mod map_rows;
 mod message;
 pub mod numbering;
+mod observation;
 mod rate;
+mod self_test;
 mod sequence;
 mod tick_record;
 
@@ -70,6 +75,7 @@ pub use frame::{
     FRAME_BYTES_MAX, FrameError, Header, LINE_BAUD, VERSION, decode, decode_on_board, encode, encode_on_board,
 };
 pub use identity::{BoardIdentity, LOOP_DIGEST, ResetCause};
+pub use jog::{Jog, JogReport};
 pub use map_rows::{
     BurstRecord, CruiseRecord, MAP_ROWS_MAX, MapEnd, MapFault, MapRows, map_messages, rows_of,
 };
@@ -78,6 +84,8 @@ pub use message::{
     LdvRecords, MotorParameterRecord, SettingKey, TargetRecord,
 };
 pub use numbering::{Coded, Numbered, PhaseRecord};
+pub use observation::{CameraAges, VelocitySums};
 pub use rate::{RateConfiguration, RateLimitsRecord, RatePhase, RateRecord};
+pub use self_test::SelfTestReport;
 pub use sequence::{Arrival, Sequence};
 pub use tick_record::{CommandRecord, EstimateRecord, InnovationRecord, TickRecord};

@@ -12,8 +12,8 @@ impl<D: DesignedDrive> Application<'_, D> {
     // Never inlined: the stack that construction of a filter takes is then not part of every tick's.
     #[inline(never)]
     pub(super) fn configure(&mut self, asked: Asked) -> BoardMessage {
-        if self.is_armed() {
-            return BoardMessage::Fault(BoardFault::Armed);
+        if self.is_driving() {
+            return self.refused_while_driving();
         }
         let design = match D::design(&self.bench.design) {
             Ok(design) => design,
@@ -35,8 +35,8 @@ impl<D: DesignedDrive> Application<'_, D> {
         &mut self,
         change: impl FnOnce(&mut Bench) -> Result<(), OutOfBounds>,
     ) -> BoardMessage {
-        if self.is_armed() {
-            return BoardMessage::Fault(BoardFault::Armed);
+        if self.is_driving() {
+            return self.refused_while_driving();
         }
         match change(&mut self.bench) {
             Ok(()) => BoardMessage::Described,
@@ -48,8 +48,8 @@ impl<D: DesignedDrive> Application<'_, D> {
     // Never inlined: as above.
     #[inline(never)]
     pub(super) fn describe_map(&mut self, part: &HostMessage) -> BoardMessage {
-        if self.is_armed() {
-            return BoardMessage::Fault(BoardFault::Armed);
+        if self.is_driving() {
+            return self.refused_while_driving();
         }
         let MoveMemory { configured, map, .. } = &mut *self.memory;
         let taken = match part {
