@@ -130,17 +130,21 @@ pub(crate) fn preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError>
 
 /// The instruments, the latency, the parameters of the motor that `scene` sets, and the response map.
 fn description(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
-    let index = |parameter: Parameter| Parameter::ALL.iter().position(|other| *other == parameter);
-    let parameters = scene.motor_overrides().filter_map(|(parameter, value)| {
-        let index = u8::try_from(index(parameter)?).ok()?;
-        Some(HostMessage::MotorParameter(MotorParameterRecord { index, value }))
-    });
     let instruments = HostMessage::Instruments(assumed(scene));
     let latency = u8::try_from(latency_ticks(scene)).ok().map(|ticks| HostMessage::Latency { ticks });
     let mut messages: Vec<HostMessage> =
-        std::iter::once(instruments).chain(latency).chain(parameters).collect();
+        std::iter::once(instruments).chain(latency).chain(motor_parameters(scene)).collect();
     messages.extend(map_messages(&*scene.response_map()?));
     Ok(messages)
+}
+
+/// The parameters of the motor that `scene` sets.
+pub(crate) fn motor_parameters(scene: &Scene) -> impl Iterator<Item = HostMessage> {
+    let index = |parameter: Parameter| Parameter::ALL.iter().position(|other| *other == parameter);
+    scene.motor_overrides().filter_map(move |(parameter, value)| {
+        let index = u8::try_from(index(parameter)?).ok()?;
+        Some(HostMessage::MotorParameter(MotorParameterRecord { index, value }))
+    })
 }
 
 /// The board's answer to a message of [`preparation`].
