@@ -354,10 +354,13 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         }
     }
 
-    /// Advances the time by ticks that passed before arming, and so before the frame that armed the loop.
+    /// Advances the time by ticks that passed before arming or a jog, and so before the frame that asked for it.
     pub fn skip_ticks(&mut self, ticks: u64) {
         self.elapsed_ticks += ticks;
         self.last_frame_at += ticks;
+        if let Some(observation) = &mut self.observation {
+            observation.last_tick += ticks;
+        }
     }
 
     /// Advances the time by ticks that were lost. Where the drive may be on, each is a missed deadline.

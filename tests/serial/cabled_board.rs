@@ -188,9 +188,14 @@ impl CabledBoard {
 
     /// `host-sim run` on its port.
     pub fn run(&self, arguments: &[&str]) -> Child {
+        self.command("run", arguments)
+    }
+
+    /// A command of `host-sim` on its port.
+    pub fn command(&self, command: &str, arguments: &[&str]) -> Child {
         let Cable { port: (name, _), .. } = self.cable.as_ref().expect("a cable");
         host_sim()
-            .args(["run", "--port", name, "--baud", &BAUD.to_string()])
+            .args([command, "--port", name, "--baud", &BAUD.to_string()])
             .args(INSTRUMENTS)
             .args(arguments)
             .stdin(Stdio::piped())
@@ -214,20 +219,24 @@ impl CabledBoard {
 
     /// Waits until the drive is on, while `run` runs.
     pub fn drives(&self, run: &mut Child) -> Result<(), Starved> {
-        let begun = Instant::now();
-        let is_driven = |message| match message {
+        self.says(run, |message| match message {
             BoardMessage::Report(report) => report.applied.mode.value().flatten().is_some(),
             _ => false,
-        };
-        while !self.said.try_iter().any(is_driven) {
+        })
+    }
+
+    /// Waits until it says what `is_awaited`, while `run` runs.
+    pub fn says(&self, run: &mut Child, is_awaited: impl Fn(BoardMessage) -> bool) -> Result<(), Starved> {
+        let begun = Instant::now();
+        while !self.said.try_iter().any(&is_awaited) {
             if let Some(status) = run.try_wait().expect("a child") {
                 let mut stderr = String::new();
                 let pipe = run.stderr.as_mut().expect("a pipe");
                 pipe.read_to_string(&mut stderr).expect("text");
                 Starved::check(&stderr)?;
-                panic!("no drive: {status} {stderr}");
+                panic!("it does not say so: {status} {stderr}");
             }
-            assert!(begun.elapsed() < WAIT_MAX, "no drive");
+            assert!(begun.elapsed() < WAIT_MAX, "it does not say so");
             sleep(Duration::from_millis(1));
         }
         Ok(())

@@ -1,8 +1,8 @@
 //! Attends to a board that does something for a while without reports: a jog, a self-test.
 //!
 //! The board is asked for its counters again and again, one question at a time. The answers tell its time, set the
-//! clocks, and show that it is there; the questions show it that the host is. Where an answer takes long, empty messages
-//! do that.
+//! clocks, and show that it is there; the questions show it that the host is. Where an answer takes long, empty
+//! messages do that.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -5,9 +5,9 @@
 //! | amplifier | no error since the start | after one it stays off |
 //! | ticks | none is late or lost | an armed loop does the same work and a filter's besides |
 //! | stack | [`STACK_FREE_MIN`] are free | a tick of a loop takes about as many, and beyond the end is a fault |
-//! | vibrometer | it shows rest to the filters that are told its noise and its offset | else they never see rest |
-//! | camera | at least half of its frames come, none from the future, none older than 10 ms more than its latency | a \
-//!   board that hears nothing for 10 ms switches off; with half of the frames an angle is 1.4 times as uncertain |
+//! | vibrometer | filters that are told its noise and offset see rest | else they never do |
+//! | camera: how many | at least half of its frames come | an angle is then 1.4 times as uncertain |
+//! | camera: how old | none is of the future, or older than its latency and 10 ms | a board waits as long for a host |
 
 use std::fmt;
 
@@ -130,14 +130,16 @@ fn vibrometer(report: &SelfTestReport, described: Option<&VibrometerDescription>
     }
     let (excess_m_s, excess_max_m_s) = (excess(mean_m_s, sd_m_s, described), excess_max(described));
     let found = format!(
-        "{} samples, mean {:+.3} mm/s, standard deviation {:.3} mm/s; {:.3} mm/s beyond what is described, at most {:.3}",
+        "{} samples, mean {:+.3} mm/s, standard deviation {:.3} mm/s; beyond what is described {:.3} mm/s, at most \
+         {:.3}",
         velocity.samples,
         1e3 * mean_m_s,
         1e3 * sd_m_s,
         1e3 * excess_m_s,
         1e3 * excess_max_m_s
     );
-    let hint = "describe it: estimator.assumed.ldv.noise_m_s, estimator.assumed.ldv.bias_max_m_s; or let the rotor rest";
+    let hint =
+        "let the rotor rest, or describe noise and offset: estimator.assumed.ldv.noise_m_s and .bias_max_m_s";
     Finding::judged(of, excess_m_s <= excess_max_m_s, found, hint)
 }
 
