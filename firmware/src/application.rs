@@ -498,7 +498,6 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
                 configured.begin(map, self.zero, time(self.elapsed_ticks));
                 moves_in_flight.clear();
                 rates_in_flight.clear();
-                self.observation = None;
                 self.state = State::Armed;
                 BoardMessage::Armed
             }

@@ -75,7 +75,7 @@ const BOARD: [&str; 12] = [
 ];
 
 /// What is read for a drive by hand: what a recording reads.
-const JOG_READS: [&str; 14] = [
+const JOG_READS: [&str; 13] = [
     "seed",
     "motor",
     "plant",
@@ -89,7 +89,6 @@ const JOG_READS: [&str; 14] = [
     "estimator.assumed.camera.latency_s",
     "estimator.assumed.ldv.bits",
     "estimator.assumed.ldv.range_m_s",
-    "plant.rotor",
 ];
 
 /// Every command that takes a scene.

@@ -11,7 +11,7 @@ use motor_model::{Angle, DriveCommand, DriveMode, Time};
 use serde::Serialize;
 
 use super::SerialError;
-use super::attendance::{Attendance, Seen};
+use super::attendance::{Attendance, Seen, set_clocks};
 use super::error::Stopped;
 use super::outcome::IdentityFigures;
 use super::plant::PlantInTheLoop;
@@ -55,9 +55,10 @@ impl SerialJog<'_> {
         let board = IdentityFigures::from(session.identity()?);
         identified(&board);
         upload(&mut session, &prepared.parameters)?;
-        let what = "the jog";
-        let begun_ticks = session.ask(&HostMessage::Jog(prepared.jog), what, &BoardMessage::Jogging)?;
-        let ticks_max = prepared.ticks + LATE_TICKS_MAX;
+        let begun_ticks = set_clocks(&mut session)?;
+        // It is attended from the first moment on: an answer may take longer than the board goes on without its host.
+        session.send(&HostMessage::Jog(prepared.jog))?;
+        let (what, ticks_max) = ("the jog", prepared.ticks + LATE_TICKS_MAX);
         let attendance = Attendance { what, begun_ticks, ticks_max, interrupted: self.interrupted };
         let (report, stopped) = attendance.until(&mut session, |_, seen| {
             Ok(match seen {

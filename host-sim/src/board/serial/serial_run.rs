@@ -119,9 +119,9 @@ pub(super) fn check_frames(scene: &Scene, baud: u32) -> Result<(), SerialError> 
 pub(super) fn upload(session: &mut BoardSession, messages: &[HostMessage]) -> Result<(), SerialError> {
     let mut uploads = 1;
     loop {
-        let told = messages.iter().try_for_each(|message| {
-            session.ask(message, what(message), &acknowledgement(message)).map(|_| ())
-        });
+        let told = messages
+            .iter()
+            .try_for_each(|message| session.ask(message, what(message), &acknowledgement(message)));
         match told {
             Err(SerialError::Unanswered { .. }) if uploads < UPLOADS_MAX => session.hello()?,
             told => return told,

@@ -287,7 +287,7 @@ impl BoardSession {
         }
     }
 
-    /// Sends `message` and waits for its answer, which is `expected`; the board's count of ticks then.
+    /// Sends `message` and waits for its answer, which is `expected`.
     ///
     /// # Errors
     /// When the board refuses it, or does not answer.
@@ -296,9 +296,9 @@ impl BoardSession {
         message: &HostMessage,
         what: &'static str,
         expected: &BoardMessage,
-    ) -> Result<u64, SerialError> {
+    ) -> Result<(), SerialError> {
         self.send(message)?;
-        self.answer(what, |answer| answer == expected).map(|(header, _)| header.ticks)
+        self.answer(what, |answer| answer == expected).map(|_| ())
     }
 
     /// Waits for the answer to [`Self::ask_time_unarmed`]; the board's count of ticks then.
