@@ -47,13 +47,14 @@ fn counted_from_camera(mut report: TickRecord, zero_units: i64) -> TickRecord {
 /// that of the camera.
 #[test]
 fn dual_another_zero_is_another_count_and_nothing_else() {
-    let far = Configuration { target_deg: MOVE.target_deg + ZERO_DEG, ..MOVE };
+    // Counter-clockwise of the rotor by the camera's count, and clockwise by the board's own.
+    let to = |target_deg| HostMessage::Configure(Configuration { target_deg, ..MOVE });
     let travel = |least: f64, greatest: f64| {
         let limits = RateLimitsRecord { travel_deg: Some((least, greatest)), ..RateLimitsRecord::default() };
         HostMessage::ConfigureRate(RateConfiguration { limits, ..RATE })
     };
     let cases = [
-        (HostMessage::Configure(MOVE), HostMessage::Configure(far)),
+        (to(-10.0), to(ZERO_DEG - 10.0)),
         // The rotor rests at 0 degrees of the camera, from where it is to turn clockwise: within the first travel, and
         // beyond the end of the second.
         (travel(-60.0, -20.0), travel(ZERO_DEG - 60.0, ZERO_DEG - 20.0)),
