@@ -116,12 +116,22 @@ impl CabledBoard {
         Self::start_disturbed(None)
     }
 
+    /// A board whose time passes no faster than that of the host while it waits for the next tick. One that is not
+    /// armed has little to do in a tick, and would outrun its host.
+    pub fn start_in_real_time() -> Self {
+        Self::start_with(None, "on")
+    }
+
     /// A board whose cable flips a bit of the byte of this number to it, if of any.
     pub fn start_disturbed(byte: Option<usize>) -> Self {
+        Self::start_with(byte, "off")
+    }
+
+    fn start_with(byte: Option<usize>, sleep: &str) -> Self {
         let alone = ONE_BOARD.lock().unwrap_or_else(PoisonError::into_inner);
         let mut qemu = Command::new("qemu-system-arm")
             .args(["-M", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "stdio"])
-            .args(["-icount", "shift=0,sleep=off", "-name", "debug-threads=on"])
+            .args(["-icount", &format!("shift=0,sleep={sleep}"), "-name", "debug-threads=on"])
             .args(["-semihosting-config", "enable=on,target=native,arg=firmware,arg=link=uart"])
             .args(["-kernel", &elf("board")])
             .stdin(Stdio::piped())

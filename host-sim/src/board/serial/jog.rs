@@ -167,6 +167,8 @@ fn turned(plant: &mut PlantInTheLoop, command: DriveCommand, ticks: u64) -> Angl
     plant.follow(BEGIN, DriveCommand::OFF, None);
     let before = plant.truth();
     plant.follow(BEGIN + ticks, command, Some(Time::from_nanos(BEGIN * PositionLoop::TICK_NANOS)));
+    // A change of which it is not told when it was is now.
+    plant.follow(BEGIN + ticks, DriveCommand::OFF, None);
     plant.follow(BEGIN + ticks + REST_TICKS, DriveCommand::OFF, None);
     let angle =
         |truth: Option<simulation::runs::record::Truth>| truth.map_or(Angle::ZERO, |truth| truth.angle);
