@@ -44,6 +44,12 @@ impl Target {
         Self::try_new(angle.degrees(), self.tolerance.degrees())
     }
 
+    /// The target counted from `zero`, with the same tolerance.
+    #[must_use]
+    pub fn from_zero(self, zero: Angle) -> Self {
+        Self { angle: self.angle.plus(zero), ..self }
+    }
+
     /// The target angle.
     pub fn angle(&self) -> Angle {
         self.angle
@@ -75,6 +81,12 @@ impl Travel {
         OutOfBounds::check("travel.least_deg", least_deg, -1e9, 1e9, "deg")?;
         OutOfBounds::check("travel.greatest_deg", greatest_deg, least_deg.next_up(), 1e9, "deg")?;
         Ok(Self { least: Angle::from_degrees(least_deg), greatest: Angle::from_degrees(greatest_deg) })
+    }
+
+    /// The travel counted from `zero`.
+    #[must_use]
+    pub fn from_zero(self, zero: Angle) -> Self {
+        Self { least: self.least.plus(zero), greatest: self.greatest.plus(zero) }
     }
 
     /// Whether `angle` lies within.

@@ -38,6 +38,7 @@ use core::f64::consts::PI;
 use motor_model::{OutOfBounds, Real, math};
 
 use crate::measurement::CameraFrame;
+use crate::vibrometer::rest::quiet_m2_s2;
 
 /// Harmonics of the codes' variance that are summed.
 const HARMONICS: f64 = 64.0;
@@ -310,6 +311,13 @@ impl VibrometerDescription {
     /// Standard deviation of a sample in m/s: its noise, and its steps as a uniform error.
     pub fn sample_sd_m_s(&self) -> f64 {
         math::sqrt(self.noise_m_s * self.noise_m_s + self.resolution_m_s * self.resolution_m_s / 12.0)
+    }
+
+    /// Root mean square velocity in m/s below which filters take the rotor for quiet, by the slower one of each sample
+    /// and the one before it (F7).
+    pub fn quiet_m_s(&self) -> f64 {
+        let sd_m_s = self.sample_sd_m_s();
+        math::sqrt(quiet_m2_s2(sd_m_s * sd_m_s))
     }
 
     /// The description, if all of it is within bounds.

@@ -1,17 +1,23 @@
 //! The program of any board: it takes bytes from the host, runs ticks of the loop, and sends frames to the host.
 //!
 //! ```text
-//!            configure                arm                      host silent, deadlines missed
-//!   +------+ --------> +------------+ -----> +---------------+ ----------------------------> +---------+
-//!   | safe |           | configured |        | armed: driven |                               | latched |
-//!   +------+ <-------- +------------+ <----- +---------------+                               +---------+
-//!      ^      hello                     stop                             stop, hello              |
-//!      +----------------------------------------------------------------------------------------- +
+//!               configure                arm                     host silent, deadlines missed,
+//!      +------+ --------> +------------+ -----> +---------------+ amplifier failed  +---------+
+//!   +->| safe |           | configured |        | armed: driven | ----------------> | latched |
+//!   |  +------+ <-------- +------------+ <----- +---------------+                   +---------+
+//!   |    | ^      hello     |             stop                                         ^  |
+//!   |    | | its end,       | jog                                                      |  |
+//!   |    | | stop, hello    v                                                          |  |
+//!   |    | +--- +------------------------+ the same                                    |  |
+//!   |    +----> | jogged: driven by hand | --------------------------------------------+  |
+//!   |     jog   +------------------------+                                                |
+//!   |                                                                        stop, hello  |
+//!   +-------------------------------------------------------------------------------------+
 //! ```
 //!
-//! The loop may drive while it is armed, and in no other state. A latched fault stays until the host sends stop or
-//! begins a new session: a link that comes back does not start the motor. The board counts ticks from its start; this
-//! count is the time of both sides.
+//! The drive may be on while the loop is armed or jogged, and in no other state. A jog forgets what was configured. A
+//! latched fault stays until the host sends stop or begins a new session: a link that comes back does not start the
+//! motor. The board counts ticks from its start; this count is the time of both sides.
 //!
 //! | module | what it is |
 //! |---|---|
@@ -21,10 +27,13 @@
 //! | `configured_rate` | the rate, and its end |
 //! | `forecast` | what a move will take, asked before it is configured |
 //! | `retarget` | another target for the move under way |
+//! | `by_hand`, `observation` | the jog and the self-test, and what the board sees of its instruments meanwhile |
+//! | `zero` | the angle from which all angles of the link are counted |
 //! | `map_memory` | the response map, as it comes in parts |
 //! | `kept` | the description over a loss of power |
 //! | `measurements`, `ports` | the queues of measurements until the next tick, and what a tick sees of the board |
 
+mod by_hand;
 mod configured_move;
 mod configured_rate;
 mod description;
@@ -32,10 +41,12 @@ mod forecast;
 mod kept;
 mod map_memory;
 mod measurements;
+mod observation;
 mod ports;
 mod retarget;
 #[cfg(test)]
 mod tests;
+mod zero;
 
 use core::mem;
 
@@ -46,7 +57,7 @@ use link::{
     FrameError, Header, HostMessage, LOOP_DIGEST, ResetCause, Sequence, TickRecord, VERSION, decode_on_board,
     encode_on_board,
 };
-use motor_model::Time;
+use motor_model::{Angle, DriveCommand, Time};
 
 use crate::design::DesignedDrive;
 use crate::loop_report::LoopReport;
@@ -55,6 +66,7 @@ pub use configured_move::MoveMemory;
 use configured_move::{Asked, Bench, Configured, Move};
 use kept::StoreRequest;
 use measurements::MeasurementQueues;
+use observation::Observation;
 use ports::Ports;
 
 /// The host is silent after this many ticks without a frame: 10 ms, a hundred camera frames.
@@ -71,6 +83,8 @@ const WELCOME: BoardMessage = BoardMessage::Welcome { tick_nanos: PositionLoop::
 enum State {
     /// Not armed. If a move or a rate is configured, its filter has no measurement yet.
     Safe,
+    /// Driven by hand. Nothing is configured.
+    Jogging(DriveCommand),
     /// The configured move or rate runs.
     Armed,
     /// Arming is refused until a stop.
@@ -96,6 +110,10 @@ pub struct Application<'m, D> {
     memory: &'m mut MoveMemory,
     state: State,
     measurements: MeasurementQueues,
+    /// What is seen of them in a jog or a self-test, until it is told.
+    observation: Option<Observation>,
+    /// The camera's angle from which all angles of the link are counted.
+    zero: Angle,
     /// Ticks since the start, lost ones included: the time of both sides.
     elapsed_ticks: u64,
     /// `elapsed_ticks` when a frame was last accepted.
@@ -108,11 +126,15 @@ pub struct Application<'m, D> {
     in_lock_step: bool,
     /// The most bytes that the stack has taken, as far as is known.
     stack_bytes_max: u32,
+    /// The bytes that there are for it; 0 where that is not known.
+    stack_bytes: u32,
     reset_cause: ResetCause,
     /// Whether the program has a place for a kept description.
     has_store: bool,
     /// What the host waits for.
     store_request: Option<StoreRequest>,
+    /// Whether the board has a converter for a vibrometer.
+    has_converter: bool,
 }
 
 impl<'m, D: DesignedDrive> Application<'m, D> {
@@ -129,6 +151,8 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             memory,
             state: State::Safe,
             measurements: MeasurementQueues::default(),
+            observation: None,
+            zero: Angle::ZERO,
             elapsed_ticks: 0,
             last_frame_at: 0,
             overruns_in_a_row: 0,
@@ -136,9 +160,11 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             telemetry: Telemetry::default(),
             in_lock_step: true,
             stack_bytes_max: 0,
+            stack_bytes: 0,
             reset_cause: ResetCause::Unknown,
             has_store: false,
             store_request: None,
+            has_converter: false,
         }
     }
 
@@ -151,6 +177,16 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     /// Keeps the most bytes that the stack has taken, for [`HostMessage::Count`].
     pub fn record_stack(&mut self, bytes_max: u32) {
         self.stack_bytes_max = bytes_max;
+    }
+
+    /// Keeps how many bytes there are for the stack, for [`HostMessage::SelfTest`].
+    pub fn record_stack_size(&mut self, bytes: u32) {
+        self.stack_bytes = bytes;
+    }
+
+    /// Keeps whether the board has a converter for a vibrometer, for [`HostMessage::SelfTest`].
+    pub fn record_converter(&mut self, is_installed: bool) {
+        self.has_converter = is_installed;
     }
 
     /// Keeps why the board started, for [`HostMessage::Identify`].
@@ -171,6 +207,11 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     /// Whether the loop may drive.
     pub fn is_armed(&self) -> bool {
         matches!(self.state, State::Armed)
+    }
+
+    /// Whether the drive may be on: by the loop, or by hand.
+    pub fn is_driving(&self) -> bool {
+        matches!(self.state, State::Armed | State::Jogging(_))
     }
 
     /// Counts of received frames, by what became of them, and of missed deadlines.
@@ -239,10 +280,13 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     #[inline(never)]
     pub fn tick(&mut self) -> Option<TickRecord> {
         self.elapsed_ticks += 1;
-        if self.is_armed() && self.elapsed_ticks - self.last_frame_at > SILENT_TICKS {
+        if self.is_driving() && self.elapsed_ticks - self.last_frame_at > SILENT_TICKS {
             self.latch(BoardFault::HostSilent);
         }
-        let report = self.run();
+        let mut report = self.run();
+        if let Some(report) = &mut report {
+            report.count_from(self.zero);
+        }
         let counters = Counters {
             oversize: self.deframer.oversize,
             dropped: self.measurements.dropped,
@@ -252,8 +296,12 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         report.as_ref().map(TickRecord::from)
     }
 
-    /// The tick of the loop, if it is armed; otherwise the drive is off.
+    /// The tick of the loop, if it is armed; otherwise the drive is off, unless it is on by hand.
     fn run(&mut self) -> Option<LoopReport> {
+        if !self.is_armed() {
+            self.tick_by_hand();
+            return None;
+        }
         let Self { state, memory, measurements, amplifier, .. } = self;
         let MoveMemory { configured, filter, map, moves_in_flight, rates_in_flight } = &mut **memory;
         let (State::Armed, Some(configured), Some(filter), Ok(map)) = (state, configured, filter, map.map())
@@ -274,6 +322,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     fn arming(&self) -> ArmingState {
         match self.state {
             State::Safe => ArmingState::Safe,
+            State::Jogging(_) => ArmingState::Jogging,
             State::Armed => ArmingState::Armed,
             State::Latched(BoardFault::Overrun) => ArmingState::Overrun,
             State::Latched(BoardFault::AmplifierFailed) => ArmingState::AmplifierFailed,
@@ -293,9 +342,13 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
 
     /// Records whether the last tick met its deadline.
     ///
-    /// A missed deadline is counted only while armed. After [`OVERRUNS_MAX`] in a row the fault latches.
+    /// A missed deadline is counted only while the drive may be on, and in a self-test. After [`OVERRUNS_MAX`] in a row
+    /// of the first kind the fault latches.
     pub fn record_deadline(&mut self, met: bool) {
-        if met || !self.is_armed() {
+        if let Some(observation) = &mut self.observation {
+            observation.late_ticks += u32::from(!met && !observation.is_over);
+        }
+        if met || !self.is_driving() {
             self.overruns_in_a_row = 0;
             return;
         }
@@ -306,20 +359,23 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         }
     }
 
-    /// The amplifier has failed. While armed, the loop latches: no move is possible without it.
+    /// The amplifier has failed. Where the drive may be on, the board latches: no move is possible without it.
     pub fn stop_for_amplifier(&mut self) {
-        if self.is_armed() {
+        if self.is_driving() {
             self.latch(BoardFault::AmplifierFailed);
         }
     }
 
-    /// Advances the time by ticks that passed before arming, and so before the frame that armed the loop.
+    /// Advances the time by ticks that passed before arming or a jog, and so before the frame that asked for it.
     pub fn skip_ticks(&mut self, ticks: u64) {
         self.elapsed_ticks += ticks;
         self.last_frame_at += ticks;
+        if let Some(observation) = &mut self.observation {
+            observation.last_tick += ticks;
+        }
     }
 
-    /// Advances the time by ticks that were lost. While armed, each is a missed deadline.
+    /// Advances the time by ticks that were lost. Where the drive may be on, each is a missed deadline.
     pub fn record_lost_ticks(&mut self, lost: u64) {
         self.elapsed_ticks += lost;
         (0..lost.min(u64::from(OVERRUNS_MAX))).for_each(|_| self.record_deadline(false));
@@ -330,14 +386,16 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         self.measurements.push_ldv_sample(sample);
     }
 
-    /// The fault that has latched since the last call.
-    pub fn take_latched_fault(&mut self) -> Option<BoardFault> {
-        self.latched_fault.take()
+    /// What the host does not know yet: the fault that has latched since the last call, or what a jog or a self-test
+    /// that is over has seen.
+    pub fn take_news(&mut self) -> Option<BoardMessage> {
+        self.latched_fault.take().map(BoardMessage::Fault).or_else(|| self.take_observed())
     }
 
     fn latch(&mut self, fault: BoardFault) {
         self.amplifier.switch_off();
         self.latched_fault = Some(fault.clone());
+        self.observation = None;
         self.state = State::Latched(fault);
     }
 
@@ -346,6 +404,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         self.amplifier.switch_off();
         let was_armed = !matches!(mem::replace(&mut self.state, State::Safe), State::Safe);
         self.measurements.clear();
+        self.observation = None;
         self.overruns_in_a_row = 0;
         if let Some(configured) = self.memory.configured.as_ref().filter(|_| was_armed) {
             self.configure(configured.asked());
@@ -385,6 +444,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         Some(match message {
             HostMessage::Hello => {
                 self.forget_description();
+                self.zero = Angle::ZERO;
                 self.stop();
                 if self.has_store {
                     return self.ask_store(StoreRequest::Restore);
@@ -419,7 +479,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             HostMessage::Step if !self.in_lock_step => BoardMessage::Fault(BoardFault::Timed),
             HostMessage::Step => match self.tick() {
                 Some(report) => BoardMessage::Report(report),
-                None => BoardMessage::Fault(self.fault()),
+                None => self.take_observed().unwrap_or_else(|| BoardMessage::Fault(self.fault())),
             },
             HostMessage::Count => BoardMessage::Counters(self.counters()),
             HostMessage::Identify => BoardMessage::Identity(BoardIdentity {
@@ -429,6 +489,9 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             HostMessage::Forecast(question) => self.forecast(*question),
             HostMessage::Retarget(target) => self.retarget(Some(*target)),
             HostMessage::Hold => self.retarget(None),
+            HostMessage::Jog(jog) => self.jog(jog),
+            HostMessage::SelfTest => return self.self_test(),
+            HostMessage::Zero { angle_units } => self.set_zero(*angle_units),
         })
     }
 
@@ -436,6 +499,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     fn fault(&self) -> BoardFault {
         match &self.state {
             State::Latched(fault) => fault.clone(),
+            State::Jogging(_) => BoardFault::Jogging,
             State::Safe | State::Armed => BoardFault::NotReady,
         }
     }
@@ -445,13 +509,13 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         match (&self.state, configured, map.map()) {
             (State::Armed, ..) => BoardMessage::Armed,
             (State::Safe, Some(configured), Ok(map)) => {
-                configured.begin(map, time(self.elapsed_ticks));
+                configured.begin(map, self.zero, time(self.elapsed_ticks));
                 moves_in_flight.clear();
                 rates_in_flight.clear();
                 self.state = State::Armed;
                 BoardMessage::Armed
             }
-            (State::Safe | State::Latched(_), ..) => BoardMessage::Fault(self.fault()),
+            (State::Safe | State::Jogging(_) | State::Latched(_), ..) => BoardMessage::Fault(self.fault()),
         }
     }
 }

@@ -20,6 +20,11 @@ pub trait DesignedDrive: Drive {
     /// From the next command on its commands act after so many ticks ([`Drive::latency_ticks`]). The drive is off.
     fn act_after(&mut self, ticks: usize);
 
+    /// Whether it works: no error has occurred since the start.
+    fn works(&self) -> bool {
+        true
+    }
+
     /// Switches the drive off at once, whatever the latency. Commands that do not act yet never will.
     fn switch_off(&mut self) {
         self.drive(DriveCommand::OFF);

@@ -3,7 +3,7 @@
 use controller::{PositioningPhase, RateReport, TickReport};
 use estimator::{Estimate, Health, Innovation};
 use link::{PhaseRecord, RatePhase, TickRecord};
-use motor_model::DriveCommand;
+use motor_model::{Angle, DriveCommand};
 
 /// What a tick of either loop did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +29,21 @@ pub enum LoopPhase {
 }
 
 impl LoopReport {
+    /// Counts its angles from `zero`.
+    #[inline]
+    pub fn count_from(&mut self, zero: Angle) {
+        let (estimate, reference) = match self {
+            Self::Move(report) => (&mut report.estimate, None),
+            Self::Rate { report, .. } => (&mut report.estimate, report.reference.as_mut()),
+        };
+        if let Some(estimate) = estimate {
+            estimate.angle = estimate.angle.minus(zero);
+        }
+        if let Some(reference) = reference {
+            *reference = reference.minus(zero);
+        }
+    }
+
     /// The estimate that the decision was based on.
     pub fn estimate(&self) -> Option<Estimate<f32>> {
         match self {

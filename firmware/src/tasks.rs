@@ -77,6 +77,9 @@ pub const BYTES_PER_TICK_MAX: usize = 10;
 
 /// The analogue-to-digital converter of the vibrometer.
 pub trait Converter {
+    /// Whether there is one.
+    const IS_INSTALLED: bool = true;
+
     /// The vertical velocity now; `None` without a converter, or out of its range.
     fn velocity_m_s(&mut self) -> Option<f32>;
 }
@@ -86,6 +89,8 @@ pub trait Converter {
 pub struct NoConverter;
 
 impl Converter for NoConverter {
+    const IS_INSTALLED: bool = false;
+
     fn velocity_m_s(&mut self) -> Option<f32> {
         None
     }
@@ -172,8 +177,9 @@ impl TaskMemory {
             latency_ticks: 0,
             switched_off: &self.switched_off,
         };
-        let application = Application::new(port, &mut self.configured).timed();
-        let loop_task = LoopTask { application, ticks: tick_consumer, last_interrupt: 0, just_armed: false };
+        let mut application = Application::new(port, &mut self.configured).timed();
+        application.record_converter(C::IS_INSTALLED);
+        let loop_task = LoopTask { application, ticks: tick_consumer, last_interrupt: 0, just_begun: false };
         Ok((timer_task, loop_task))
     }
 }
@@ -290,6 +296,10 @@ impl DesignedDrive for CommandPort<'_> {
         self.latency_ticks = ticks;
     }
 
+    fn works(&self) -> bool {
+        self.works
+    }
+
     fn switch_off(&mut self) {
         self.designs_are_sent();
         let count = self.switched_off.load(Ordering::Relaxed);
@@ -304,14 +314,19 @@ pub struct LoopTask<'q> {
     ticks: Consumer<'q, Tick>,
     /// Number of the interrupt that made the last tick.
     last_interrupt: u64,
-    /// Whether the loop was armed since the last tick.
-    just_armed: bool,
+    /// Whether the drive may be on since the last tick, and was off before: the loop was armed, or jogged.
+    just_begun: bool,
 }
 
 impl LoopTask<'_> {
     /// Keeps the most bytes that the stack has taken, for the host.
     pub fn record_stack(&mut self, bytes_max: u32) {
         self.application.record_stack(bytes_max);
+    }
+
+    /// Keeps how many bytes there are for the stack, for the host.
+    pub fn record_stack_size(&mut self, bytes: u32) {
+        self.application.record_stack_size(bytes);
     }
 
     /// Keeps why the board started, for the host.
@@ -341,12 +356,12 @@ impl LoopTask<'_> {
 
     /// Takes bytes from the host, at most [`BYTES_PER_TICK_MAX`] a tick.
     pub fn receive(&mut self, bytes: &[u8], send: &mut impl FnMut(&[u8])) {
-        let was_armed = self.application.is_armed();
+        let was_driving = self.application.is_driving();
         self.application.receive(bytes, send);
-        if !was_armed && self.application.is_armed() {
+        if !was_driving && self.application.is_driving() {
             // Ticks that were missed before, during construction of the filter, are no overruns of the move.
             while self.ticks.dequeue().is_some() {}
-            self.just_armed = true;
+            self.just_begun = true;
         }
     }
 
@@ -360,7 +375,7 @@ impl LoopTask<'_> {
         if !tick.amplifier_works {
             self.application.stop_for_amplifier();
         }
-        if mem::take(&mut self.just_armed) {
+        if mem::take(&mut self.just_begun) {
             self.application.skip_ticks(lost);
         } else {
             self.application.record_lost_ticks(lost);
@@ -383,10 +398,10 @@ impl LoopTask<'_> {
         self.application.telemetry()
     }
 
-    /// Sends a fault that has just latched, and every hundredth report.
+    /// Sends what the host does not know yet, and every hundredth report.
     fn send_report(&mut self, report: Option<TickRecord>, send: &mut impl FnMut(&[u8])) {
-        if let Some(fault) = self.application.take_latched_fault() {
-            self.application.send(&BoardMessage::Fault(fault), send);
+        if let Some(news) = self.application.take_news() {
+            self.application.send(&news, send);
         }
         if let Some(report) = report.filter(|_| self.last_interrupt.is_multiple_of(TICKS_PER_REPORT)) {
             self.application.send(&BoardMessage::Report(report), send);

@@ -52,6 +52,8 @@ pub const TICKS_PER_INNOVATION: u64 = 100;
 pub enum ArmingState {
     /// Not armed.
     Safe,
+    /// Driven by hand.
+    Jogging,
     /// The loop may drive.
     Armed,
     /// Latched until a stop: the host was silent.

@@ -19,11 +19,13 @@ mod import;
 pub mod in_process;
 mod instruments;
 mod interruption;
+mod jog;
 mod keys;
 mod log_args;
 mod microcontroller;
 mod open_loop;
 mod pil;
+mod port_args;
 mod progress;
 mod publication;
 mod readers;
@@ -65,6 +67,7 @@ use faults::FaultsArgs;
 use identification::IdentifyArgs;
 use import::ImportArgs;
 use instruments::InstrumentsArgs;
+use jog::{JogArgs, SelfTestArgs};
 use keys::KeysArgs;
 use microcontroller::{InstructionsArgs, SizeArgs};
 use open_loop::{ReproduceArgs, SimulateArgs};
@@ -123,6 +126,17 @@ enum Command {
     /// Exit code 0 with the drive off at the end, 2 when it was not made or did not end, 130 after Ctrl-C. The
     /// drive goes off in any case: by a stop that the board acknowledges, or by the board when the line is gone.
     Run(Box<RunArgs>),
+    /// Turn the rotor of a real board by hand: one mode, one level, for at most a second, without camera or filter
+    ///
+    /// Says what the vibrometer saw, by how much a simulated motor turns under the same, and what the response map
+    /// forecasts. The drive goes off with the duration, by Ctrl-C, and by the board alone 10 ms after the line is gone.
+    Jog(JogArgs),
+    /// Ask a real board what it can tell of itself while the rotor rests: a line for each finding, pass or fail
+    ///
+    /// Amplifier, ticks, stack, vibrometer and camera over a tenth of a second, with the drive off. Exit code 0 when all
+    /// pass, 2 when one does not or there is no board.
+    #[command(name = "self-test")]
+    SelfTest(SelfTestArgs),
     /// Measure the firmware's flash, RAM and stack, and check what its loop calls
     Size(SizeArgs),
     /// Measure speed and error of the twin, beside other integrators
@@ -253,6 +267,8 @@ impl Command {
             Self::Instructions(args) => args.execute(),
             Self::Pil(args) => args.execute(),
             Self::Run(args) => args.execute(),
+            Self::Jog(args) => args.execute(),
+            Self::SelfTest(args) => args.execute(),
             Self::Size(args) => args.execute(),
             Self::Accuracy(args) => args.execute(),
             Self::Estimate(args) => args.execute(),

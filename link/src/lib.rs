@@ -10,6 +10,8 @@
 //! - [`description_messages`], [`DescriptionDigest`]: what a board is told of its bench, and a digest of it;
 //!   [`DescriptionDigests`]: which one is in force, and which one is kept.
 //! - [`BoardIdentity`]: which loop the board was built of, and why it started.
+//! - [`Jog`], [`JogReport`]: the drive by hand. [`SelfTestReport`]: what a board can tell of itself at rest. Both have
+//!   [`VelocitySums`].
 //! - [`numbering`]: the numbers of enumerations, both ways.
 //! - [`frame`]: a message with its [`Header`], a CRC-32, and no zero byte but the last ([`encode`], [`decode`]).
 //! - [`camera_frame`]: the short frames of the camera ([`encode_camera`]).
@@ -54,10 +56,13 @@ mod description;
 mod forecast;
 pub mod frame;
 mod identity;
+mod jog;
 mod map_rows;
 mod message;
 pub mod numbering;
+mod observation;
 mod rate;
+mod self_test;
 mod sequence;
 mod tick_record;
 
@@ -77,6 +82,7 @@ pub use frame::{
     FRAME_BYTES_MAX, FrameError, Header, LINE_BAUD, VERSION, decode, decode_on_board, encode, encode_on_board,
 };
 pub use identity::{BoardIdentity, LOOP_DIGEST, ResetCause};
+pub use jog::{Jog, JogReport};
 pub use map_rows::{
     BurstRecord, CruiseRecord, MAP_ROWS_MAX, MapEnd, MapFault, MapRows, map_messages, rows_of,
 };
@@ -85,6 +91,8 @@ pub use message::{
     LdvRecords, MotorParameterRecord, SettingKey, TargetRecord,
 };
 pub use numbering::{Coded, Numbered, PhaseRecord};
+pub use observation::{CameraAges, VelocitySums};
 pub use rate::{RateConfiguration, RateLimitsRecord, RatePhase, RateRecord};
+pub use self_test::SelfTestReport;
 pub use sequence::{Arrival, Sequence};
 pub use tick_record::{CommandRecord, EstimateRecord, InnovationRecord, TickRecord};

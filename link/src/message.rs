@@ -8,8 +8,10 @@ use serde::{Deserialize, Serialize};
 use crate::description::DescriptionDigests;
 use crate::forecast::ForecastAnswer;
 use crate::identity::BoardIdentity;
+use crate::jog::{Jog, JogReport};
 use crate::map_rows::{MapEnd, MapFault, MapRows};
 use crate::rate::RateConfiguration;
+use crate::self_test::SelfTestReport;
 use crate::tick_record::TickRecord;
 
 /// From the host to the board.
@@ -80,6 +82,22 @@ pub enum HostMessage {
     /// A description of the bench begins: the default one is in force, of the default instruments, the motor of Table 1
     /// and its map, and no latency. No move is configured. What is kept stays. Refused while armed.
     DescriptionBegin,
+    /// Drives by hand, at the frequencies of the motor that was described, without a filter. It ends with its duration,
+    /// or by a stop; a silent host, missed deadlines or a failed amplifier latch as while armed. Another one replaces
+    /// it, which keeps the drive on. The configuration is forgotten. Refused when a value is out of bounds, while armed
+    /// and while latched. While it is on, all that is refused while armed is refused.
+    Jog(Jog),
+    /// Asks the board to look at itself for [`SelfTestReport::TICKS`] with the drive off, and to answer then. A stop, a
+    /// jog or arming ends it without an answer. Refused while armed or jogged.
+    SelfTest,
+    /// Sets the angle from which targets and limits are counted from now on, and all angles that the board tells. A move
+    /// or a rate under way goes on to the same place. [`HostMessage::Hello`] sets it to 0 of the camera's angle, and
+    /// nothing else does.
+    Zero {
+        /// The camera's angle that is the zero, in units of 2^-32 turn, within 1000 turns; refused while armed or
+        /// jogged. `None` for the angle at which the rotor is now; refused unless armed, and without a usable estimate.
+        angle_units: Option<i64>,
+    },
 }
 
 /// From the board to the host.
@@ -119,6 +137,18 @@ pub enum BoardMessage {
     Forgotten,
     /// Answer to [`HostMessage::Digest`].
     Digests(DescriptionDigests),
+    /// The drive is on by hand.
+    Jogging,
+    /// A jog was over with its duration, and the drive is off. One that ends otherwise is told by [`Self::Stopped`],
+    /// [`Self::Welcome`] or a fault.
+    Jogged(JogReport),
+    /// Answer to [`HostMessage::SelfTest`].
+    SelfTest(SelfTestReport),
+    /// Answer to [`HostMessage::Zero`].
+    Zeroed {
+        /// The camera's angle that is the zero, in units of 2^-32 turn.
+        angle_units: i64,
+    },
 }
 
 /// The filters that the board has.
@@ -239,8 +269,9 @@ pub enum BoardFault {
     /// To arm or to step needs a configuration, and to step needs arming.
     #[error("not configured and armed")]
     NotReady,
-    /// A configuration or a description came while armed; the loop goes on with the old one, driving.
-    #[error("the configuration cannot be changed while armed")]
+    /// A configuration, a description, a jog or a self-test was asked for while armed; the loop goes on as it was,
+    /// driving.
+    #[error("this is refused while armed")]
     Armed,
     /// A configuration with a value out of bounds, or a filter that the board was built without; the old one is kept.
     #[error("{key} is out of bounds")]
@@ -267,7 +298,7 @@ pub enum BoardFault {
     /// A target was asked for while a rate is held, which has none. The rate goes on.
     #[error("no move is under way: a rate has no target")]
     NoMove,
-    /// The angle of the rotor is not known well enough to be a target. The move goes on.
+    /// The angle of the rotor is not known well enough to be a target or a zero. The move goes on.
     #[error("there is no usable estimate of the angle")]
     NoEstimate,
     /// The board was built without a place for a description.
@@ -277,6 +308,9 @@ pub enum BoardFault {
     /// it was to be forgotten.
     #[error("the board's flash has failed, or has no room for the description")]
     NotStored,
+    /// Something was asked that has to wait for the end of a jog. The jog goes on.
+    #[error("the drive is on by hand")]
+    Jogging,
 }
 
 /// Counts of received frames, of dropped measurements and of missed deadlines since the start.

@@ -123,14 +123,31 @@ impl CabledBoard {
         Self::start_disturbed(None)
     }
 
+    /// A board whose time passes no faster than that of the host while it waits for the next tick. One that is not
+    /// armed has little to do in a tick, and would outrun its host.
+    pub fn start_in_real_time() -> Self {
+        Self::start_with(None, "on")
+    }
+
     /// A board whose cable flips a bit of the byte of this number to it, if of any.
     pub fn start_disturbed(byte: Option<usize>) -> Self {
+        Self::start_with(byte, "off")
+    }
+
+    fn start_with(byte: Option<usize>, sleep: &str) -> Self {
         let alone = ONE_BOARD.lock().unwrap_or_else(PoisonError::into_inner);
         let folder = tempfile::tempdir().expect("a folder");
         let control = format!("unix:{},server=on,wait=off", folder.path().join(CONTROL).display());
         let mut qemu = Command::new("qemu-system-arm")
             .args(["-M", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "stdio"])
-            .args(["-icount", "shift=0,sleep=off", "-name", "debug-threads=on", "-qmp", &control])
+            .args([
+                "-icount",
+                &format!("shift=0,sleep={sleep}"),
+                "-name",
+                "debug-threads=on",
+                "-qmp",
+                &control,
+            ])
             .args(["-semihosting-config", "enable=on,target=native,arg=firmware,arg=link=uart"])
             .args(["-kernel", &elf("board")])
             .stdin(Stdio::piped())
@@ -218,9 +235,14 @@ impl CabledBoard {
 
     /// `host-sim run` on its port.
     pub fn run(&self, arguments: &[&str]) -> Child {
+        self.command("run", arguments)
+    }
+
+    /// A command of `host-sim` on its port.
+    pub fn command(&self, command: &str, arguments: &[&str]) -> Child {
         let Cable { port: (name, _), .. } = self.cable.as_ref().expect("a cable");
         host_sim()
-            .args(["run", "--port", name, "--baud", &BAUD.to_string()])
+            .args([command, "--port", name, "--baud", &BAUD.to_string()])
             .args(INSTRUMENTS)
             .args(arguments)
             .stdin(Stdio::piped())
@@ -244,20 +266,24 @@ impl CabledBoard {
 
     /// Waits until the drive is on, while `run` runs.
     pub fn drives(&self, run: &mut Child) -> Result<(), Starved> {
-        let begun = Instant::now();
-        let is_driven = |message| match message {
+        self.says(run, |message| match message {
             BoardMessage::Report(report) => report.applied.mode.value().flatten().is_some(),
             _ => false,
-        };
-        while !self.said.try_iter().any(is_driven) {
+        })
+    }
+
+    /// Waits until it says what `is_awaited`, while `run` runs.
+    pub fn says(&self, run: &mut Child, is_awaited: impl Fn(BoardMessage) -> bool) -> Result<(), Starved> {
+        let begun = Instant::now();
+        while !self.said.try_iter().any(&is_awaited) {
             if let Some(status) = run.try_wait().expect("a child") {
                 let mut stderr = String::new();
                 let pipe = run.stderr.as_mut().expect("a pipe");
                 pipe.read_to_string(&mut stderr).expect("text");
                 Starved::check(&stderr)?;
-                panic!("no drive: {status} {stderr}");
+                panic!("it does not say so: {status} {stderr}");
             }
-            assert!(begun.elapsed() < WAIT_MAX, "no drive");
+            assert!(begun.elapsed() < WAIT_MAX, "it does not say so");
             sleep(Duration::from_millis(1));
         }
         Ok(())

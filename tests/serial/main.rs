@@ -5,6 +5,7 @@
 #[allow(dead_code, reason = "the tests on the emulated board use the rest of it")]
 mod programs;
 
+mod by_hand;
 mod cabled_board;
 
 use std::io::{Read, Write};

@@ -8,7 +8,7 @@ use controller::{
 };
 use estimator::Instruments;
 use link::{Configuration, FilterKind, MapFault, MotorParameterRecord, RateConfiguration};
-use motor_model::{MotorParams, OutOfBounds, Parameter, Time};
+use motor_model::{Angle, MotorParams, OutOfBounds, Parameter, Time};
 
 use super::configured_rate::Rate;
 use super::map_memory::MapMemory;
@@ -159,13 +159,13 @@ impl Configured {
         }
     }
 
-    /// Begins at `now`, by `map`.
-    pub(super) fn begin(&mut self, map: &ResponseMap, now: Time) {
+    /// Begins at `now`, by `map`. Target and travel count from `zero`.
+    pub(super) fn begin(&mut self, map: &ResponseMap, zero: Angle, now: Time) {
         match self {
             Self::Move(Move { target, tuning, positioning, .. }) => {
-                *positioning = Positioning::new(map, *target, *tuning, now);
+                *positioning = Positioning::new(map, target.from_zero(zero), *tuning, now);
             }
-            Self::Rate(rate) => rate.begin(now),
+            Self::Rate(rate) => rate.begin(zero, now),
         }
     }
 }

@@ -4,7 +4,7 @@
 use controller::rate::{Dwell, RateHold, RateTuning};
 use controller::{Drive, InFlight, RateReport, ResponseMap, Sense, tick_rate_by};
 use link::{RateConfiguration, RatePhase};
-use motor_model::Time;
+use motor_model::{Angle, Time};
 
 use super::configured_move::{Bench, MoveError};
 use super::map_memory::MapMemory;
@@ -39,9 +39,10 @@ impl Rate {
         Ok(Self { configuration, profile, tuning, armed_at: Time::ZERO, hold, is_over: false })
     }
 
-    /// Begins at `now`.
-    pub(super) fn begin(&mut self, now: Time) {
-        let Self { profile, tuning, .. } = *self;
+    /// Begins at `now`. The travel counts from `zero`.
+    pub(super) fn begin(&mut self, zero: Angle, now: Time) {
+        let Self { profile, mut tuning, .. } = *self;
+        tuning.limits.travel = tuning.limits.travel.from_zero(zero);
         (self.armed_at, self.is_over) = (now, false);
         self.hold = RateHold::new(profile, tuning, now);
     }

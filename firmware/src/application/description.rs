@@ -12,8 +12,8 @@ impl<D: DesignedDrive> Application<'_, D> {
     // Never inlined: the stack that construction of a filter takes is then not part of every tick's.
     #[inline(never)]
     pub(super) fn configure(&mut self, asked: Asked) -> BoardMessage {
-        if self.is_armed() {
-            return BoardMessage::Fault(BoardFault::Armed);
+        if self.is_driving() {
+            return self.refused_while_driving();
         }
         let design = match D::design(&self.bench.design) {
             Ok(design) => design,
@@ -38,8 +38,8 @@ impl<D: DesignedDrive> Application<'_, D> {
                 Ok(())
             }),
             HostMessage::DescriptionBegin => {
-                if self.is_armed() {
-                    return Some(BoardMessage::Fault(BoardFault::Armed));
+                if self.is_driving() {
+                    return Some(self.refused_while_driving());
                 }
                 self.forget_description();
                 BoardMessage::Described
@@ -55,8 +55,8 @@ impl<D: DesignedDrive> Application<'_, D> {
 
     /// Changes the description of the bench, for the configurations that follow.
     fn describe(&mut self, change: impl FnOnce(&mut Bench) -> Result<(), OutOfBounds>) -> BoardMessage {
-        if self.is_armed() {
-            return BoardMessage::Fault(BoardFault::Armed);
+        if self.is_driving() {
+            return self.refused_while_driving();
         }
         match change(&mut self.bench) {
             Ok(()) => BoardMessage::Described,
@@ -68,8 +68,8 @@ impl<D: DesignedDrive> Application<'_, D> {
     // Never inlined: as above.
     #[inline(never)]
     fn describe_map(&mut self, part: &HostMessage) -> BoardMessage {
-        if self.is_armed() {
-            return BoardMessage::Fault(BoardFault::Armed);
+        if self.is_driving() {
+            return self.refused_while_driving();
         }
         let MoveMemory { configured, map, .. } = &mut *self.memory;
         let taken = match part {

@@ -14,8 +14,8 @@ impl<D: DesignedDrive> Application<'_, D> {
     // Never inlined: the stack that it takes is then not part of every tick's.
     #[inline(never)]
     pub(super) fn forecast(&self, question: Configuration) -> BoardMessage {
-        if self.is_armed() {
-            return BoardMessage::Fault(BoardFault::Armed);
+        if self.is_driving() {
+            return self.refused_while_driving();
         }
         match self.forecast_of(question) {
             Ok(answer) => answer,

@@ -1,7 +1,7 @@
 //! The description of the bench over a loss of power: kept, restored and forgotten, by a store outside of the tick.
 //!
 //! A request of the host waits until the program calls [`Application::use_store`], between two ticks, which takes long:
-//! the flash may hold the processor. It happens only while the loop is not armed.
+//! the flash may hold the processor. It happens only while the drive is off.
 
 use embedded_storage_async::nor_flash::NorFlash;
 use link::{
@@ -52,18 +52,19 @@ impl<D: DesignedDrive> Application<'_, D> {
     #[inline(never)]
     pub fn use_store<F: NorFlash>(&mut self, store: &mut Store<F>, send: &mut impl FnMut(&[u8])) {
         let Some(request) = self.store_request.take() else { return };
-        let answer = if self.is_armed() {
-            BoardMessage::Fault(BoardFault::Armed)
+        let answer = if self.is_driving() {
+            self.refused_while_driving()
         } else {
             self.done(request, store).unwrap_or_else(BoardMessage::Fault)
         };
         self.send(&answer, send);
     }
 
-    /// Puts a request off until the program uses the store. While armed, and without a store, it is refused.
+    /// Puts a request off until the program uses the store. While the drive may be on, and without a store, it is
+    /// refused.
     pub(super) fn ask_store(&mut self, request: StoreRequest) -> Option<BoardMessage> {
-        if self.is_armed() {
-            return Some(BoardMessage::Fault(BoardFault::Armed));
+        if self.is_driving() {
+            return Some(self.refused_while_driving());
         }
         if !self.has_store {
             return Some(BoardMessage::Fault(BoardFault::KeepsNothing));

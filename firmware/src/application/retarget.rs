@@ -3,11 +3,21 @@
 use controller::Target;
 use estimator::{AngleFilter as _, Health};
 use link::{BoardFault, BoardMessage, TargetRecord};
+use motor_model::{Angle, Time};
 
 use super::configured_move::{Configured, Move, MoveMemory};
 use super::description::refused;
 use super::{Application, State, time};
 use crate::design::DesignedDrive;
+use crate::filter::SelectedFilter;
+
+/// The angle at which the rotor is at `now`, if it is known well enough to be used.
+pub(super) fn usable_angle(filter: &SelectedFilter, now: Time) -> Option<Angle> {
+    match filter.assess(now) {
+        (Some(estimate), Health::Good | Health::Degraded(_)) => Some(estimate.angle),
+        _ => None,
+    }
+}
 
 impl<D: DesignedDrive> Application<'_, D> {
     /// Moves on to `asked`, or where there is none to the angle at which the rotor is now. Any refusal leaves the move
@@ -15,7 +25,7 @@ impl<D: DesignedDrive> Application<'_, D> {
     // Never inlined: the stack that it takes is then not part of every tick's.
     #[inline(never)]
     pub(super) fn retarget(&mut self, asked: Option<TargetRecord>) -> BoardMessage {
-        let now = time(self.elapsed_ticks);
+        let (now, zero) = (time(self.elapsed_ticks), self.zero);
         let MoveMemory { configured, filter, .. } = &mut *self.memory;
         let (State::Armed, Some(configured), Some(filter)) = (&self.state, configured, filter) else {
             return BoardMessage::Fault(self.fault());
@@ -24,18 +34,18 @@ impl<D: DesignedDrive> Application<'_, D> {
             return BoardMessage::Fault(BoardFault::NoMove);
         };
         let target = match asked {
-            Some(TargetRecord { target_deg, tolerance_deg }) => Target::try_new(target_deg, tolerance_deg),
-            None => match filter.assess(now) {
-                (Some(estimate), Health::Good | Health::Degraded(_)) => {
-                    positioning.target().at(estimate.angle)
-                }
-                _ => return BoardMessage::Fault(BoardFault::NoEstimate),
+            Some(TargetRecord { target_deg, tolerance_deg }) => {
+                Target::try_new(target_deg, tolerance_deg).map(|target| target.from_zero(zero))
+            }
+            None => match usable_angle(filter, now) {
+                Some(angle) => positioning.target().at(angle),
+                None => return BoardMessage::Fault(BoardFault::NoEstimate),
             },
         };
         match target {
             Ok(target) => {
                 positioning.retarget(target, now);
-                BoardMessage::Retargeted { target_units: target.angle().units() }
+                BoardMessage::Retargeted { target_units: target.angle().minus(zero).units() }
             }
             Err(error) => refused(&error),
         }

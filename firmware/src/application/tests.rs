@@ -9,12 +9,14 @@ use link::{
 };
 use motor_model::{DriveCommand, DriveMode, MotorParams, OutOfBounds};
 
+mod by_hand;
 mod description;
 mod kept;
 mod latency;
 mod rate;
 mod retarget;
 mod short_camera_frames;
+mod zero;
 
 use super::*;
 use crate::test_support::{MOVE, framed};
@@ -51,6 +53,10 @@ impl DesignedDrive for RecordingAmplifier {
 
     fn act_after(&mut self, ticks: usize) {
         self.latency_ticks = ticks;
+    }
+
+    fn works(&self) -> bool {
+        !self.broken
     }
 }
 

@@ -77,6 +77,7 @@ mod board {
         #[cfg(feature = "keep")]
         loop_task.restore(&mut store);
         let mut stack = StackGauge::new(stack_words());
+        loop_task.record_stack_size(u32::try_from(4 * stack_words()).unwrap_or(u32::MAX));
         free(|token| FIRST_TIMER_TASK.borrow(token).set(Some(timer_task)));
         let mut outgoing = Deque::<u8, OUTGOING_BYTES>::new();
         let logs = telemetry::open();

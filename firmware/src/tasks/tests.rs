@@ -7,8 +7,8 @@ use controller::ResponseMap;
 use estimator::{Health, Source, Verdict};
 use link::{
     BoardFault, CameraRecord, CommandRecord, EstimateRecord, FRAME_BYTES_MAX, Header, HostMessage,
-    InnovationRecord, LINE_BAUD, MotorParameterRecord, PhaseRecord, RatePhase, RateRecord, SHORT_FRAME_BYTES,
-    decode, encode, map_messages,
+    InnovationRecord, Jog, LINE_BAUD, MotorParameterRecord, PhaseRecord, RatePhase, RateRecord,
+    SHORT_FRAME_BYTES, SelfTestReport, decode, encode, map_messages,
 };
 use motor_model::{DriveMode, Parameter};
 
@@ -17,12 +17,17 @@ use crate::test_support::{MOVE, Pin, Pins, framed};
 
 /// The vibrometer of a rotor at rest. Neighbouring samples differ: equal ones would mean a vibrometer without signal.
 #[derive(Default)]
-struct RotorAtRest(bool);
+struct RotorAtRest {
+    samples: u32,
+    /// Whether one sample in four is out of the converter's range.
+    beyond_range: bool,
+}
 
 impl Converter for RotorAtRest {
     fn velocity_m_s(&mut self) -> Option<f32> {
-        self.0 = !self.0;
-        Some(if self.0 { 1e-5 } else { -1e-5 })
+        self.samples += 1;
+        let is_within = !(self.beyond_range && self.samples.is_multiple_of(4));
+        is_within.then_some(if self.samples.is_multiple_of(2) { -1e-5 } else { 1e-5 })
     }
 }
 
@@ -113,6 +118,63 @@ impl Bench {
             self.run_tick();
         }
     }
+}
+
+/// Jogs for `ticks` in mode C.
+fn jog(ticks: u64) -> HostMessage {
+    let command = DriveCommand::full(DriveMode::C).into();
+    HostMessage::Jog(Jog { command, duration_nanos: ticks * PositionLoop::TICK_NANOS })
+}
+
+/// The bridge is on for as many interrupts as were asked for, from the one after the next tick on. Then the host is
+/// told what the vibrometer saw, one sample a tick.
+#[test]
+fn exact_a_jog_has_the_bridge_on_for_its_ticks() {
+    let mut bench = Bench::new();
+    bench.exchange(&HostMessage::Hello);
+    bench.run(10);
+    // The main loop was busy in the meantime.
+    (0..5).for_each(|_| bench.timer_task.interrupt());
+    assert_eq!(bench.exchange(&jog(50)), [BoardMessage::Jogging]);
+    let mut on = Vec::new();
+    for interrupt in 1..=100 {
+        bench.timer_task.interrupt();
+        on.extend(bench.is_on().then_some(interrupt));
+        bench.run_tick();
+    }
+    assert!(on.iter().copied().eq(2..=51), "{on:?}");
+    let [BoardMessage::Jogged(report)] = &bench.received[..] else { panic!("{:?}", bench.received) };
+    assert_eq!((report.ticks, report.velocity.samples), (50, 50));
+    assert_eq!(report.applied, DriveCommand::full(DriveMode::C).into());
+    assert_eq!(bench.loop_task.application.counters().overruns, 0);
+}
+
+/// The amplifier fails under a jog: the bridge is off at once, and stays off. The self-test tells of it, and of the
+/// converter's samples, of which one in four is out of its range here.
+#[test]
+fn law_an_amplifier_that_fails_under_a_jog_latches_and_a_self_test_tells_of_it() {
+    let mut bench = Bench::new();
+    bench.exchange(&HostMessage::Hello);
+    bench.exchange(&jog(1000));
+    bench.run(10);
+    assert!(bench.is_on());
+    bench.pins.broken.set(true);
+    bench.run(1);
+    assert!(!bench.is_on());
+    assert_eq!(bench.received, [BoardMessage::Fault(BoardFault::AmplifierFailed)]);
+    bench.pins.broken.set(false);
+    bench.exchange(&HostMessage::Stop);
+    assert_eq!(bench.exchange(&jog(10)), [BoardMessage::Jogging]);
+    bench.run(10);
+    assert!(!bench.is_on(), "until a restart");
+    bench.received.clear();
+    bench.timer_task.converter.beyond_range = true;
+    assert!(bench.exchange(&HostMessage::SelfTest).is_empty());
+    let ticks = SelfTestReport::TICKS as u32;
+    bench.run(ticks + 1);
+    let [BoardMessage::SelfTest(report)] = &bench.received[..] else { panic!("{:?}", bench.received) };
+    assert!(!report.amplifier_works && report.has_converter, "{report:?}");
+    assert_eq!((report.ticks, report.late_ticks, report.velocity.samples), (ticks, 0, ticks / 4 * 3));
 }
 
 /// A step of the host would make the board's time and the timer's differ.

@@ -26,6 +26,7 @@ pub fn log(tick: u64, entry: &Entry) {
     free(|token| TICK.borrow(token).set(tick));
     match entry {
         Entry::Arming(ArmingState::Safe) => info!("state safe"),
+        Entry::Arming(ArmingState::Jogging) => info!("state jogging"),
         Entry::Arming(ArmingState::Armed) => info!("state armed"),
         Entry::Arming(ArmingState::HostSilent) => error!("fault host_silent: drive off until a stop"),
         Entry::Arming(ArmingState::Overrun) => error!("fault overrun: drive off until a stop"),

@@ -1,4 +1,4 @@
-//! A real board at the other end of a serial line: `host-sim run`.
+//! A real board at the other end of a serial line: `host-sim run`, `jog` and `self-test`.
 //!
 //! ```text
 //! frames: file, pipe, or the simulated plant ---> FrameSource --+      +--> observer: log, live view
@@ -24,6 +24,9 @@
 //! | `task` | what is asked of the board, a move or a rate, and what is seen of it |
 //! | `serial_run` | the run: from the first message to the acknowledged stop |
 //! | `outcome` | what became of it |
+//! | `attendance` | what keeps line and board alive, and the clocks set, while no loop reports |
+//! | `jog` | the drive by hand, beside what a simulated motor and the response map say of it |
+//! | `self_test` | what a board tells of itself, and what is to be thought of it |
 //! | `error` | why it was not made |
 //!
 //! # The drive goes off
@@ -31,18 +34,21 @@
 //! Whatever ends the run, the host sends a stop and waits for its acknowledgement. Where the line is gone the board
 //! does it alone: 10 ms of its own time after the last frame of the host it switches the drive off and latches.
 
+mod attendance;
 mod board_pace;
 pub mod clock;
 mod description;
 mod error;
 mod frame_source;
 pub mod frame_text;
+mod jog;
 mod line_rate;
 mod outcome;
 mod plant;
 mod port;
 mod progress;
 mod report_record;
+mod self_test;
 mod serial_run;
 mod session;
 mod task;
@@ -50,10 +56,16 @@ mod task;
 pub use description::{DescriptionFigures, Keeping};
 pub use error::SerialError;
 pub use frame_source::FrameSource;
+#[cfg(test)]
+pub(crate) use jog::PreparedJog;
+pub use jog::{JogForecast, JogOutcome, SerialJog, VelocityFigures};
 pub use outcome::{
     ClockFigures, CounterFigures, IdentityFigures, LineFigures, MoveFigures, RateFigures, SerialOutcome,
     SessionFigures, TaskFigures,
 };
 pub use progress::{Goal, Progress, Watcher};
+#[cfg(test)]
+pub(crate) use self_test::PreparedSelfTest;
+pub use self_test::{Finding, SelfTestOutcome, SerialSelfTest};
 pub use serial_run::SerialRun;
 pub use task::BoardTask;

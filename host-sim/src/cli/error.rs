@@ -56,6 +56,12 @@ pub enum CommandError {
     /// A motor that was commissioned is not fit for use.
     #[error("the motor is not fit for use: {0}")]
     Unfit(Unfit),
+    /// A check of a board does not hold.
+    #[error("the board's self-test fails: {}", failed.join(", "))]
+    SelfTestFailed {
+        /// What of.
+        failed: Vec<&'static str>,
+    },
     /// There is no stator.
     #[error(transparent)]
     Stator(#[from] StatorStudyError),
@@ -94,6 +100,7 @@ impl CommandError {
             Self::Unfit(_) => {
                 Some("`host-sim record` shows what the instruments deliver under each drive".to_owned())
             }
+            Self::SelfTestFailed { .. } => Some("each line of the result that fails has its own".to_owned()),
             Self::Stator(error) => error.hint(),
             Self::LeftOut { feature, .. } => {
                 Some(format!("build it with the feature: `cargo run --release --features {feature} -- ...`"))

@@ -258,6 +258,23 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
             ),
         ],
     ),
+    (
+        "jog",
+        &[
+            ("A fifth of a second clockwise", "jog --port /dev/ttyACM0 --mode B --level 0.5 --duration 0.2"),
+            (
+                "The other way, 20 Hz above the mode",
+                "jog --port /dev/ttyACM0 --mode C --level 1 --set jog.offset_hz=20",
+            ),
+        ],
+    ),
+    (
+        "self-test",
+        &[
+            ("A board, and the simulated camera", "self-test --port /dev/ttyACM0"),
+            ("With the real camera", "self-test --port /dev/ttyACM0 --camera frames.fifo"),
+        ],
+    ),
     ("size", &[("Flash, RAM and stack in JSON", "size --format json")]),
     ("results", &[("One page", "results rate"), ("Whether the pages are those of today", "results --check")]),
     ("keys", &[("Those that a command reads", "keys rate"), ("The words of faults", "keys --faults")]),

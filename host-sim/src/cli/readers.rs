@@ -74,8 +74,25 @@ const BOARD: [&str; 12] = [
     "rate.duration_s",
 ];
 
+/// What is read for a drive by hand: what a recording reads.
+const JOG_READS: [&str; 13] = [
+    "seed",
+    "motor",
+    "plant",
+    "camera",
+    "ldv",
+    "fault",
+    "faults",
+    "jog",
+    "estimator.assumed.camera.frame_rate_hz",
+    "estimator.assumed.camera.latency_frames",
+    "estimator.assumed.camera.latency_s",
+    "estimator.assumed.ldv.bits",
+    "estimator.assumed.ldv.range_m_s",
+];
+
 /// Every command that takes a scene.
-pub(super) const READERS: [Reader; 16] = [
+pub(super) const READERS: [Reader; 18] = [
     reader("import", &["motor", "camera", "ldv", "estimator", "record.model"]),
     reader("simulate", &["seed", "motor", "simulate", "plant.rotor"]),
     reader("position", &MOVE),
@@ -134,6 +151,8 @@ pub(super) const READERS: [Reader; 16] = [
     reader("stator", &["stator", "motor"]),
     reader("pil", &BOARD),
     reader("run", &BOARD),
+    reader("jog", &JOG_READS),
+    reader("self-test", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator.assumed"]),
 ];
 
 /// What `run` reads for a move.

@@ -11,16 +11,16 @@ use clap::{Args, ValueHint};
 use indicatif::ProgressBar;
 use link::{KeptDescription, VERSION};
 
-use super::count::Count;
+use super::port_args::{PortArgs, identified};
 use super::readers::{RUN_MOVE, RUN_RATE};
 use super::report::Request;
-use super::{Format, MapArgs, SceneArgs, interruption, progress, result_json};
+use super::{Format, MapArgs, SceneArgs, progress, result_json};
 use crate::board::serial::{
     BoardTask, FrameSource, IdentityFigures, Keeping, Progress, SerialError, SerialRun, Watcher,
 };
 use crate::cli::CommandError;
 use crate::log::{Ending, LogError, LogOptions, LogRecorder};
-use crate::report::{OutputError, files};
+use crate::report::files;
 use simulation::runs::record::{Observer as _, RunRecord};
 use simulation::scene::Scene;
 
@@ -29,13 +29,8 @@ const KEY_FLAGS: [&str; 5] = ["--to", "--tolerance", "--deg-s", "--duration", "-
 
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
-    /// Serial port of the board, for example /dev/ttyACM0
-    #[arg(long, value_name = "PORT", value_hint = ValueHint::FilePath)]
-    port: String,
-    /// Rate of the line
-    #[arg(long, value_name = "N", default_value = "2000000", allow_negative_numbers = true)]
-    #[arg(value_parser = Count(1200..=12_000_000))]
-    baud: u64,
+    #[command(flatten)]
+    port: PortArgs,
     /// Where camera frames come from: `plant` for the simulated motor under the drive that the board reports, `-` for
     /// lines on standard input, or a file or named pipe with such lines: time in s, angle in degrees, residual
     #[arg(long, value_name = "SOURCE", default_value = "plant")]
@@ -90,15 +85,12 @@ impl RunArgs {
             ("estimator.filter", &self.filter),
         ];
         let scene = self.map.provide(self.scene.load_for(reader, &flags)?)?;
-        let interrupted = Arc::new(AtomicBool::new(false));
-        let unwatched = |source| OutputError::Unwritable { path: PathBuf::from(&self.port), source };
-        interruption::watch(&interrupted).map_err(unwatched)?;
+        let interrupted = self.port.watch()?;
         let mut view = LiveView::new(self.log(&scene)?);
         let source = FrameSource::named(&self.camera);
         let run = SerialRun {
-            port: &self.port,
-            #[expect(clippy::cast_possible_truncation, reason = "at most 12,000,000")]
-            baud: self.baud as u32,
+            port: &self.port.port,
+            baud: self.port.baud(),
             scene: &scene,
             task,
             keeping: self.keeping(),
@@ -181,7 +173,7 @@ impl LiveView {
 
 impl Watcher for LiveView {
     fn board(&mut self, identity: &IdentityFigures) {
-        identity.warnings().for_each(|warning| progress::note(&format!("note: {warning}")));
+        identified(identity);
     }
 
     fn kept(&mut self, kept: KeptDescription) {

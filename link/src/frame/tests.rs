@@ -13,11 +13,11 @@ use rand_pcg::Pcg64;
 
 use super::*;
 use crate::{
-    BoardFault, BoardIdentity, BoardMessage, CameraRecord, CommandRecord, Configuration, Counters, Deframer,
-    DescriptionDigests, EstimateRecord, FilterKind, ForecastRecord, HostMessage, InnovationRecord,
-    KeptDescription, LdvRecord, LdvRecords, MotorParameterRecord, PhaseRecord, RateConfiguration,
-    RateLimitsRecord, RatePhase, RateRecord, ResetCause, TargetRecord, TickRecord, UnreachableRecord,
-    encode_camera, map_messages,
+    BoardFault, BoardIdentity, BoardMessage, CameraAges, CameraRecord, Coded, CommandRecord, Configuration,
+    Counters, Deframer, DescriptionDigests, EstimateRecord, FilterKind, ForecastRecord, HostMessage,
+    InnovationRecord, Jog, JogReport, KeptDescription, LdvRecord, LdvRecords, MotorParameterRecord,
+    PhaseRecord, RateConfiguration, RateLimitsRecord, RatePhase, RateRecord, ResetCause, SelfTestReport,
+    TargetRecord, TickRecord, UnreachableRecord, VelocitySums, encode_camera, map_messages,
 };
 
 const HEADER: Header = Header { session: 0x0102_0304, sequence: 7, ticks: 1 << 40 };
@@ -45,6 +45,18 @@ const RATE: RateConfiguration = RateConfiguration {
     rate_deg_s: -160.0,
     duration_nanos: 20_000_000_000,
     limits: RateLimitsRecord { travel_deg: None, on_max_nanos: None, progress_window_nanos: None },
+};
+
+/// Mode B at half level.
+const COMMAND: CommandRecord =
+    CommandRecord { mode: Coded::from_number(1), amplitude: 0.5, frequency_offset_hz: 12.5 };
+
+const VELOCITY: VelocitySums = VelocitySums {
+    samples: 20_000,
+    reference_m_s: -1e-4,
+    sum_m_s: 0.25,
+    sum_squares_m2_s2: 0.5,
+    largest_m_s: 0.03,
 };
 
 const LIMITS: RateLimitsRecord = RateLimitsRecord {
@@ -78,6 +90,10 @@ fn host_messages() -> Vec<HostMessage> {
         HostMessage::Forget,
         HostMessage::Digest,
         HostMessage::DescriptionBegin,
+        HostMessage::Jog(Jog { command: COMMAND, duration_nanos: 200_000_000 }),
+        HostMessage::SelfTest,
+        HostMessage::Zero { angle_units: None },
+        HostMessage::Zero { angle_units: Some(-1 << 33) },
         arm,
         HostMessage::Step,
         camera,
@@ -189,6 +205,20 @@ fn board_messages() -> Vec<BoardMessage> {
         digests(KeptDescription::OtherVersion { version: 9 }),
         BoardMessage::Fault(BoardFault::KeepsNothing),
         BoardMessage::Fault(BoardFault::NotStored),
+        BoardMessage::Jogging,
+        BoardMessage::Jogged(JogReport { ticks: 20_000, applied: COMMAND, velocity: VELOCITY }),
+        BoardMessage::SelfTest(SelfTestReport {
+            amplifier_works: true,
+            has_converter: true,
+            ticks: 10_000,
+            late_ticks: 2,
+            velocity: VELOCITY,
+            camera: CameraAges { frames: 100, youngest_nanos: -5, oldest_nanos: 1_500_000 },
+            stack_bytes_max: 5_000,
+            stack_bytes: 36_864,
+        }),
+        BoardMessage::Zeroed { angle_units: -1 << 33 },
+        BoardMessage::Fault(BoardFault::Jogging),
         BoardMessage::Forecast(Ok(forecast)),
         BoardMessage::Forecast(Err(UnreachableRecord { tolerance_rad: 1e-5, least_rad: None, time_s: 0.1 })),
         BoardMessage::Forecast(Err(UnreachableRecord {

@@ -8,6 +8,7 @@ pub mod estimator;
 pub mod faults;
 #[cfg(feature = "gyroscope")]
 pub mod gyroscope;
+pub mod jog;
 pub mod plant;
 pub mod position;
 pub mod rate;
@@ -36,6 +37,7 @@ pub const TABLE_TITLES: &[(&str, &str)] = &[
     ("board", "The processor of the loop."),
     ("position", "A move to an angle."),
     ("rate", "A rate that is held, or a profile of rates."),
+    ("jog", "A drive by hand, on a real board."),
     ("record", "A recording in open loop: which drives, one after the other."),
     ("calibrate", "The plan of a calibration."),
 ];

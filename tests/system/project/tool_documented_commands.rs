@@ -54,7 +54,7 @@ const LONG: [&[&str]; 5] = [
 ];
 
 /// What builds the firmware and runs it in QEMU, or needs a board: it is parsed here and run in `tests/qemu`.
-const IN_QEMU: [&str; 4] = ["instructions", "pil", "run", "size"];
+const IN_QEMU: [&str; 6] = ["instructions", "jog", "pil", "run", "self-test", "size"];
 
 /// What does not belong to the project and is left alone.
 const OTHER_PROGRAMS: [&str; 5] = ["cd", "git", "rustup", "curl", "python3"];

@@ -9,7 +9,7 @@ use motor_model::Angle;
 use super::*;
 
 const MS: u64 = 1_000_000;
-const RATE: RateConfiguration = RateConfiguration {
+pub(super) const RATE: RateConfiguration = RateConfiguration {
     filter: FilterKind::ConstantRate,
     rate_deg_s: 100.0,
     duration_nanos: 20_000 * MS,

@@ -4,7 +4,7 @@ use controller::response_map::Burst;
 use controller::{Drive, Limits, PositionLoop, PositioningTuning, RateLoop, ResponseMap, Sense, Target};
 use estimator::{CameraFrame, Instruments, LdvSample};
 use link::{Coded, MapRows};
-use motor_model::{DriveCommand, MotorParams, Time};
+use motor_model::{DriveCommand, MotorParams, Parameter, Time};
 
 use simulation::runs::filter::AnyFilter;
 use simulation::runs::rate;

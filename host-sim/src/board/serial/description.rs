@@ -73,7 +73,7 @@ pub(super) fn prepare(
 
 /// Tells the board `messages`. The line may lose a frame or its answer: without an answer the board is told everything
 /// again, at most [`UPLOADS_MAX`] times in all.
-fn upload(session: &mut BoardSession, messages: &[HostMessage]) -> Result<(), SerialError> {
+pub(super) fn upload(session: &mut BoardSession, messages: &[HostMessage]) -> Result<(), SerialError> {
     let mut uploads = 1;
     loop {
         let told = messages

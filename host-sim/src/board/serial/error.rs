@@ -117,21 +117,21 @@ pub enum SerialError {
         waited_s: f64,
     },
     /// The board says nothing any more.
-    #[error("the board was silent for {silent_s} s, {after_s:.3} s after arming; {stopped}")]
+    #[error("the board was silent for {silent_s} s after {after_s:.3} s; {stopped}")]
     Silent {
         /// The time without a message.
         silent_s: f64,
-        /// Time since arming by the host's clock.
+        /// Time since arming, or since the jog or the self-test began, by the host's clock.
         after_s: f64,
         /// Whether the stop was acknowledged.
         stopped: Stopped,
     },
     /// The board has switched its drive off.
-    #[error("the board stopped {after_s:.3} s after arming: {fault}; {stopped}")]
+    #[error("the board stopped after {after_s:.3} s: {fault}; {stopped}")]
     Fault {
         /// Its reason.
         fault: BoardFault,
-        /// Time since arming by the host's clock.
+        /// Time since arming, or since the jog began, by the host's clock.
         after_s: f64,
         /// Whether the stop was acknowledged.
         stopped: Stopped,

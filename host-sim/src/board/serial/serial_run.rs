@@ -6,8 +6,7 @@ use std::time::Duration;
 
 use controller::PositionLoop;
 use estimator::CameraFrame;
-use link::camera_frame::{SHORT_FRAME_BYTES, UNIT_NANOS};
-use link::{BoardMessage, Header, HostMessage, LdvRecords, TickRecord};
+use link::{BoardMessage, Header, HostMessage, LdvRecords, SHORT_FRAME_BYTES, TickRecord};
 use motor_model::{DriveCommand, Time};
 
 use super::SerialError;
@@ -29,19 +28,20 @@ use simulation::math::count::real;
 use simulation::runs::record::mode_word;
 use simulation::scene::Scene;
 
-/// Time without a message of an armed board after which the run is ended. It reports every millisecond.
+/// Time without a message of a board that has to speak after which the run is ended. Armed it reports every
+/// millisecond, and else it is asked.
 pub const SILENCE_MAX: Duration = Duration::from_secs(1);
 /// The board's time after which the host says that it is there, where there is no frame to send. A board that hears
 /// nothing for 10 ms switches off.
-const KEEP_ALIVE: Duration = Duration::from_millis(4);
+pub(super) const KEEP_ALIVE: Duration = Duration::from_millis(4);
 /// The board's time between two questions that set the clocks.
 const CLOCK_EVERY: Duration = Duration::from_millis(100);
 /// The board's time after which a question counts as lost.
 const CLOCK_LOST: Duration = Duration::from_secs(1);
 /// Questions for the time, one after the other, that begin a run: enough for two exchanges to be kept.
-const FIRST_QUESTIONS: u32 = 16;
+pub(super) const FIRST_QUESTIONS: u32 = 16;
 /// Longest wait before the host looks at what is due.
-const LOOK_EVERY: Duration = Duration::from_millis(4);
+pub(super) const LOOK_EVERY: Duration = Duration::from_millis(4);
 /// Time between two pictures of the live view.
 const PROGRESS_EVERY: Duration = Duration::from_millis(100);
 /// Share of the line that camera frames may take.
@@ -99,14 +99,19 @@ impl SerialRun<'_> {
         if *self.source == FrameSource::Plant && scene.choice("ldv.installed") == "yes" {
             return Err(SerialError::SimulatedVibrometer { baud });
         }
-        let frame_rate_hz = scene.number("camera.frame_rate_hz");
-        let most_hz = FRAMES_SHARE_MAX * bytes_per_s(baud) / real(SHORT_FRAME_BYTES);
-        let needed_baud = f64::from(baud) * frame_rate_hz / most_hz;
-        if frame_rate_hz > most_hz {
-            return Err(SerialError::LineTooSlow { frame_rate_hz, needed_baud, most_hz, baud });
-        }
-        Ok(())
+        check_frames(scene, baud)
     }
+}
+
+/// Refuses a camera whose frames the line does not carry.
+pub(super) fn check_frames(scene: &Scene, baud: u32) -> Result<(), SerialError> {
+    let frame_rate_hz = scene.number("camera.frame_rate_hz");
+    let most_hz = FRAMES_SHARE_MAX * bytes_per_s(baud) / real(SHORT_FRAME_BYTES);
+    let needed_baud = f64::from(baud) * frame_rate_hz / most_hz;
+    if frame_rate_hz > most_hz {
+        return Err(SerialError::LineTooSlow { frame_rate_hz, needed_baud, most_hz, baud });
+    }
+    Ok(())
 }
 
 /// Why the watch has ended.
@@ -291,12 +296,9 @@ impl ArmedRun {
         self.send_frame(frame.on_board(exposed_nanos))
     }
 
-    /// Sends a frame. Its instant is rounded to what the line carries, far below the uncertainty of the clocks.
     fn send_frame(&mut self, frame: CameraFrame) -> Result<(), Early> {
-        let units = (frame.exposed_at.nanos() + UNIT_NANOS / 2) / UNIT_NANOS;
-        let frame = CameraFrame { exposed_at: Time::from_nanos(units * UNIT_NANOS), ..frame };
-        let now_nanos = self.session.clock().map_or(0, |clock| clock.board_nanos(host_nanos()));
-        self.frame_bytes += self.session.send_camera(frame.into(), now_nanos)? as u64;
+        let (frame, bytes) = self.session.send_camera(frame)?;
+        self.frame_bytes += bytes as u64;
         self.records.sent(frame);
         self.frames_sent += 1;
         Ok(())

@@ -8,10 +8,13 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use controller::PositionLoop;
+use estimator::CameraFrame;
+use link::camera_frame::UNIT_NANOS;
 use link::{
-    BoardFault, BoardIdentity, BoardMessage, CameraRecord, Counters, Deframer, DescriptionDigests,
-    FRAME_BYTES_MAX, FrameError, Header, HostMessage, decode, encode, encode_camera,
+    BoardFault, BoardIdentity, BoardMessage, Counters, Deframer, DescriptionDigests, FRAME_BYTES_MAX,
+    FrameError, Header, HostMessage, decode, encode, encode_camera,
 };
+use motor_model::Time;
 use serialport::SerialPort;
 
 use super::clock::{BoardClock, ClockSync, Exchange};
@@ -204,19 +207,19 @@ impl BoardSession {
         self.write(&frame[..length])
     }
 
-    /// Sends a camera frame when the line is free, at `board_nanos` of the board's clock; its bytes on the line.
+    /// Sends a camera frame when the line is free; the frame as it goes over the line, and its bytes. Its instant is
+    /// rounded to what the line carries, far below the uncertainty of the clocks.
     ///
     /// # Errors
     /// When the port is closed.
-    pub(super) fn send_camera(
-        &mut self,
-        record: CameraRecord,
-        board_nanos: u64,
-    ) -> Result<usize, SerialError> {
-        let mut frame = [0; FRAME_BYTES_MAX];
+    pub(super) fn send_camera(&mut self, frame: CameraFrame) -> Result<(CameraFrame, usize), SerialError> {
+        let units = (frame.exposed_at.nanos() + UNIT_NANOS / 2) / UNIT_NANOS;
+        let frame = CameraFrame { exposed_at: Time::from_nanos(units * UNIT_NANOS), ..frame };
+        let board_nanos = self.clock().map_or(0, |clock| clock.board_nanos(host_nanos()));
         let ticks = board_nanos / PositionLoop::TICK_NANOS;
-        let length = encode_camera(self.header(ticks), record, &mut frame)?;
-        self.write(&frame[..length]).map(|()| length)
+        let mut bytes = [0; FRAME_BYTES_MAX];
+        let length = encode_camera(self.header(ticks), frame.into(), &mut bytes)?;
+        self.write(&bytes[..length]).map(|()| (frame, length))
     }
 
     /// The header of the next frame.
@@ -254,7 +257,8 @@ impl BoardSession {
             if header.session == self.number {
                 self.last_heard = *at_nanos;
             }
-            if let (BoardMessage::Armed, Some(sent_nanos)) = (message, self.asked) {
+            let is_answer = matches!(message, BoardMessage::Armed | BoardMessage::Counters(_));
+            if let Some(sent_nanos) = self.asked.filter(|_| is_answer) {
                 self.asked = None;
                 self.sync.add(Exchange { sent_nanos, received_nanos: *at_nanos, ticks: header.ticks });
             }
@@ -267,7 +271,19 @@ impl BoardSession {
     /// # Errors
     /// When the port is closed.
     pub(super) fn ask_time(&mut self) -> Result<(), SerialError> {
-        self.send(&HostMessage::Arm)?;
+        self.ask_time_by(&HostMessage::Arm)
+    }
+
+    /// Asks a board that is not to be armed for its counters; the answer sets the clocks.
+    ///
+    /// # Errors
+    /// When the port is closed.
+    pub(super) fn ask_time_unarmed(&mut self) -> Result<(), SerialError> {
+        self.ask_time_by(&HostMessage::Count)
+    }
+
+    fn ask_time_by(&mut self, question: &HostMessage) -> Result<(), SerialError> {
+        self.send(question)?;
         self.asked = Some(self.last_sent);
         Ok(())
     }
@@ -302,6 +318,15 @@ impl BoardSession {
     ) -> Result<(), SerialError> {
         self.send(message)?;
         self.answer(what, |answer| answer == expected).map(|_| ())
+    }
+
+    /// Waits for the answer to [`Self::ask_time_unarmed`]; the board's count of ticks then.
+    ///
+    /// # Errors
+    /// When the board does not answer.
+    pub(super) fn answered_ticks(&mut self, what: &'static str) -> Result<u64, SerialError> {
+        self.answer(what, |answer| matches!(answer, BoardMessage::Counters(_)))
+            .map(|(header, _)| header.ticks)
     }
 
     fn answer(

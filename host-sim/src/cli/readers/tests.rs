@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::*;
 use crate::board::pil;
+use crate::board::serial::{FrameSource, PreparedJog, PreparedSelfTest};
 use crate::studies::beside::BesideScene;
 use crate::studies::fault_campaign::FaultCampaignPlan;
 use crate::studies::instrument_grid::InstrumentGridPlan;
@@ -11,6 +12,7 @@ use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::shard::Shard;
 use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, response_map, stator};
 use controller::rate::{Profile, RateHold, RateTuning};
+use link::LINE_BAUD;
 use motor_model::Time;
 use simulation::runs::{closed_loop, commission, position, rate, recording, simulate};
 use simulation::scene::Scene;
@@ -110,6 +112,17 @@ fn exact_record_reads_what_the_table_says() {
     agrees("record", &scene);
 }
 
+/// The plant is that of a recording; the map that forecasts, and what the board is told, are of the motor alone.
+#[test]
+fn exact_jog_and_self_test_read_what_the_table_says() {
+    let scene = short(&["plant.step_s=5e-6"], true);
+    PreparedJog::of(&scene).unwrap();
+    agrees("jog", &scene);
+    let scene = short(&["plant.step_s=5e-6"], true);
+    PreparedSelfTest::of(&scene, &FrameSource::Plant, LINE_BAUD).unwrap();
+    agrees("self-test", &scene);
+}
+
 #[test]
 fn exact_calibrate_reads_what_the_table_says() {
     let scene = short(&["calibrate.duration_s=2", "calibrate.rest_s=0.05", "plant.step_s=5e-6"], true);
@@ -180,13 +193,13 @@ fn exact_refusals_name_the_key_and_its_readers() {
     assert_eq!(
         refused("simulate", "plant.friction"),
         "error: simulate does not read plant.friction; hint: position, commission, rate, record, calibrate, estimate, \
-         filters, positioning-trials, instruments, faults, response-map, pil, run read it; simulate reads \
-         simulate.friction"
+         filters, positioning-trials, instruments, faults, response-map, pil, run, jog, self-test read it; simulate \
+         reads simulate.friction"
     );
     assert_eq!(
         refused("response-map", "plant.step_s"),
         "error: response-map sets plant.step_s itself; hint: position, commission, rate, record, calibrate, estimate, \
-         filters, positioning-trials, instruments, faults, pil, run read it"
+         filters, positioning-trials, instruments, faults, pil, run, jog, self-test read it"
     );
     assert_eq!(
         refused("position", "calibrate.steps"),

@@ -1,0 +1,48 @@
+//! The flags of every command that talks to a real board.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::{Args, ValueHint};
+
+use super::count::Count;
+use super::{interruption, progress};
+use crate::board::serial::IdentityFigures;
+use crate::report::OutputError;
+
+/// The port of a board.
+#[derive(Debug, Args)]
+pub(super) struct PortArgs {
+    /// Serial port of the board, for example /dev/ttyACM0
+    #[arg(long, value_name = "PORT", value_hint = ValueHint::FilePath)]
+    pub port: String,
+    /// Rate of the line
+    #[arg(long, value_name = "N", default_value = "2000000", allow_negative_numbers = true)]
+    #[arg(value_parser = Count(1200..=12_000_000))]
+    baud: u64,
+}
+
+impl PortArgs {
+    /// The rate of the line.
+    #[expect(clippy::cast_possible_truncation, reason = "at most 12,000,000")]
+    pub fn baud(&self) -> u32 {
+        self.baud as u32
+    }
+
+    /// What Ctrl-C sets from now on.
+    ///
+    /// # Errors
+    /// When the system refuses it.
+    pub fn watch(&self) -> Result<Arc<AtomicBool>, OutputError> {
+        let interrupted = Arc::new(AtomicBool::new(false));
+        let unwatched = |source| OutputError::Unwritable { path: PathBuf::from(&self.port), source };
+        interruption::watch(&interrupted).map_err(unwatched)?;
+        Ok(interrupted)
+    }
+}
+
+/// Says what is to be known of a board before it is told anything.
+pub(super) fn identified(identity: &IdentityFigures) {
+    identity.warnings().for_each(|warning| progress::note(&format!("note: {warning}")));
+}
