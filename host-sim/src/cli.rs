@@ -133,8 +133,8 @@ enum Command {
     Jog(JogArgs),
     /// Ask a real board what it can tell of itself while the rotor rests: a line for each finding, pass or fail
     ///
-    /// Amplifier, ticks, stack, vibrometer and camera over a tenth of a second, with the drive off. Exit code 0 when all
-    /// pass, 2 when one does not or there is no board.
+    /// Amplifier, ticks, stack, vibrometer and camera over a tenth of a second, with the drive off. Exit code 0 when
+    /// all pass, 2 when one does not or there is no board.
     #[command(name = "self-test")]
     SelfTest(SelfTestArgs),
     /// Measure the firmware's flash, RAM and stack, and check what its loop calls

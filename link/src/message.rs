@@ -90,9 +90,9 @@ pub enum HostMessage {
     /// Asks the board to look at itself for [`SelfTestReport::TICKS`] with the drive off, and to answer then. A stop, a
     /// jog or arming ends it without an answer. Refused while armed or jogged.
     SelfTest,
-    /// Sets the angle from which targets and limits are counted from now on, and all angles that the board tells. A move
-    /// or a rate under way goes on to the same place. [`HostMessage::Hello`] sets it to 0 of the camera's angle, and
-    /// nothing else does.
+    /// Sets the angle from which targets and limits are counted from now on, and all angles that the board tells. A
+    /// move or a rate under way goes on to the same place. [`HostMessage::Hello`] sets it to 0 of the camera's angle,
+    /// and nothing else does.
     Zero {
         /// The camera's angle that is the zero, in units of 2^-32 turn, within 1000 turns; refused while armed or
         /// jogged. `None` for the angle at which the rotor is now; refused unless armed, and without a usable estimate.

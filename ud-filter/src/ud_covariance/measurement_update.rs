@@ -245,7 +245,8 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
             *b += g * old;
         };
         if N > UNROLLED_STATES && N.is_multiple_of(4) {
-            // Four rows at a time. On the diagonal, whose one stays, and below it b is still zero, and so is U below it.
+            // Four rows at a time. On the diagonal, whose one stays, and below it b is still zero, and so is U below
+            // it.
             let fours = column.as_chunks_mut::<4>().0.iter_mut().zip(sweep.b.as_chunks_mut::<4>().0);
             for (us, bs) in fours.take(j / 4 + 1) {
                 us.iter_mut().zip(bs).for_each(pass);

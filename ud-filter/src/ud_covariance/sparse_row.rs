@@ -199,8 +199,8 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         errors
     }
 
-    /// U after two measurements of these slopes. Adds to `b` and `c`, which are zero, `P h` of each, with the covariance
-    /// before that measurement.
+    /// U after two measurements of these slopes. Adds to `b` and `c`, which are zero, `P h` of each, with the
+    /// covariance before that measurement.
     #[inline]
     fn sweep_pair(&mut self, slopes: &[[Slope<T>; 2]; N], b: &mut [T; N], c: &mut [T; N]) {
         const { assert!(N.is_multiple_of(4), "columns of four at a time") };

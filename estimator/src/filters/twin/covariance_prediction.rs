@@ -177,12 +177,13 @@ mod tests {
 
             // Rounding: each state in units of its standard deviation.
             let deviations = after.covariance.variances().map(f64::sqrt);
-            let (ours, theirs) = (before.covariance.covariance(), after.covariance.covariance());
+            let (p, expected_p) = (before.covariance.covariance(), after.covariance.covariance());
             for i in 0..STATES {
-                prop_assert!((carried[i] - expected[i]).abs() < 1e-9 * deviations[i], "{i}: {} {}", carried[i], expected[i]);
+                let (ours, theirs) = (carried[i], expected[i]);
+                prop_assert!((ours - theirs).abs() < 1e-9 * deviations[i], "{i}: {ours} {theirs}");
                 for j in 0..STATES {
                     let unit = deviations[i] * deviations[j];
-                    prop_assert!((ours[(i, j)] - theirs[(i, j)]).abs() < 1e-9 * unit, "{i} {j}");
+                    prop_assert!((p[(i, j)] - expected_p[(i, j)]).abs() < 1e-9 * unit, "{i} {j}");
                 }
             }
         }
