@@ -7,6 +7,7 @@ use rand_pcg::rand_core::SeedableRng as _;
 
 use super::*;
 use crate::filters::twin::states::{DRIVE_PHASE, MODE_PARAMETERS};
+use crate::innovation::Verdict;
 use crate::instruments::Instruments;
 
 /// The filter of the nominal motor under the default instruments.
@@ -382,4 +383,60 @@ fn law_the_health_says_that_impacts_are_not_explained() {
         assert!(off * off < 64.0 * estimate.angle_rad2, "{off} {estimate:?}");
     }
     assert!(unexplained > 150, "{unexplained}");
+}
+
+/// The misfit of an impact is the sum of its normalised innovations squared. Beyond 40 its kick is as uncertain as
+/// without the stator filter, and no later sample refines it. A height that is off makes such impacts.
+#[test]
+fn law_an_impact_that_fits_badly_gives_no_kick_of_the_stator() {
+    let (mut badly, mut well) = (0, 0);
+    for off_m in [0.0, 1e-7, 2e-7, 3e-7, 5e-7, 8e-7] {
+        let mut filter = filter::<f64>();
+        filter.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
+        let mut rig = Rig::new(DriveMode::B);
+        rig.run(&mut filter, 50_000, true);
+        filter.stator.height_m += off_m;
+        let innovation = (0..2000).find_map(|_| {
+            rig.motor.step(&mut rig.state, rig.command);
+            let velocity_m_s = rig.state.rotor.velocity_m_s as f32;
+            filter.update_ldv(&LdvSample { taken_at: Time::from_micros(5 * rig.state.steps), velocity_m_s })
+        });
+        let ImpactInnovation { contact, verdict, .. } = innovation.expect("an impact within 10 ms");
+        let misfit =
+            contact.gap_m.powi(2) / contact.gap_m2 + contact.approach_m_s.powi(2) / contact.approach_m2_s2;
+        let is_refinable = filter.kicks.iter().next_back().is_some_and(|kick| kick.refinable);
+        assert_eq!(
+            (verdict == Verdict::Used, is_refinable),
+            (misfit < 40.0, misfit < 40.0),
+            "{off_m:e}: {misfit}"
+        );
+        badly += u32::from(misfit >= 40.0);
+        well += u32::from(misfit < 40.0);
+    }
+    assert!(badly > 0 && well > 0, "{badly} {well}");
+}
+
+/// Samples at rest have twice the noise that is described: detector and height go by what they show. The height, the
+/// integral of samples of this noise, has the process noise `sigma^2 T`. Ten thousand samples tell a deviation to less
+/// than a percent.
+#[test]
+fn law_the_noise_that_rest_shows_is_that_of_detector_and_height() {
+    let mut filter = filter::<f64>();
+    let (true_m_s, period_s) = (2.0 * filter.detector.noise_m_s(), 5e-6);
+    let camera_rad = filter.tuning.constant_rate.track.camera_rad2.sqrt();
+    let mut source = Pcg64::seed_from_u64(4);
+    let mut noise = move |deviation: f64| {
+        let normal: f64 = StandardNormal.sample(&mut source);
+        deviation * normal
+    };
+    for n in 1..=400_000_u64 {
+        let at = Time::from_micros(5 * n);
+        filter.update_ldv(&LdvSample { taken_at: at, velocity_m_s: noise(true_m_s) as f32 });
+        if n.is_multiple_of(20) {
+            filter.update_camera(&CameraFrame::new(at, Angle::from_degrees(noise(camera_rad).to_degrees())));
+        }
+    }
+    let (ours_m_s, ours_m2_s) = (filter.detector.noise_m_s(), filter.stator.height_noise_m2_s);
+    assert!((ours_m_s / true_m_s - 1.0).abs() < 0.05, "{ours_m_s:e}");
+    assert!((ours_m2_s / (true_m_s * true_m_s * period_s) - 1.0).abs() < 0.1, "{ours_m2_s:e}");
 }
