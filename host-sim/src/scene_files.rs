@@ -62,12 +62,16 @@ fn name_of(path: &Path) -> Option<&str> {
 /// # Errors
 /// When it cannot be read, or is refused as by [`parse_response_map`].
 pub fn read_response_map(path: &Path) -> Result<ResponseMap, SceneError> {
-    match read(path) {
-        Ok(text) => parse_response_map(&text, path),
-        Err(source) => match name_of(path).and_then(gallery::commissioned_map) {
-            Some(text) if source.kind() == io::ErrorKind::NotFound => parse_response_map(text, path),
-            _ => Err(SceneError::Unreadable { path: path.to_owned(), source }),
-        },
+    match (read(path), name_of(path)) {
+        (Ok(text), _) => parse_response_map(&text, path),
+        (Err(error), Some(name)) if error.kind() == io::ErrorKind::NotFound => {
+            let text = gallery::commissioned_map(name).ok_or_else(|| SceneError::NoSuchMap {
+                name: name.to_owned(),
+                known: gallery::commissioned_names().collect(),
+            })?;
+            parse_response_map(text, path)
+        }
+        (Err(source), _) => Err(SceneError::Unreadable { path: path.to_owned(), source }),
     }
 }
 
@@ -106,11 +110,17 @@ mod tests {
         let named = read_response_map(Path::new(COMMISSIONED_TILTING)).unwrap();
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("maps/set_f_plant.toml");
         assert_eq!(named, read_response_map(&file).unwrap());
-        // A scene whose motor was not commissioned, and the name in a folder where there is no such file.
-        for missing in ["set_g_plant", "nowhere/set_f_plant"] {
-            let error = read_response_map(Path::new(missing)).unwrap_err().one_line();
-            assert!(error.starts_with(&format!("error: cannot read {missing}: ")), "{error}");
+        let complaint = |path: &str| read_response_map(Path::new(path)).unwrap_err().one_line();
+        // A scene whose motor was not commissioned, and a word that is nothing.
+        for missing in ["set_g_plant", "set_f_plnt"] {
+            let hint = "by name: set_f_plant; `host-sim commission` makes that of another motor";
+            let expected =
+                format!("error: there is no file {missing}, and no map of that name; hint: {hint}");
+            assert_eq!(complaint(missing), expected);
         }
+        // In a folder it is a file.
+        let error = complaint("nowhere/set_f_plant");
+        assert!(error.starts_with("error: cannot read nowhere/set_f_plant: "), "{error}");
     }
 
     #[test]

@@ -99,6 +99,11 @@ const COMMISSIONED: &[(&str, &str)] = &[(COMMISSIONED_TILTING, include_str!("../
 /// The scene of the gallery whose motor tilts and was commissioned: what the program shows when nothing is asked of it.
 pub const COMMISSIONED_TILTING: &str = "set_f_plant";
 
+/// The names of the maps of commissioned motors.
+pub fn commissioned_names() -> impl Iterator<Item = &'static str> {
+    COMMISSIONED.iter().map(|(name, _)| *name)
+}
+
 /// The text of the map of the motor that the scene of this name draws by its own seed, if it was commissioned.
 #[must_use]
 pub fn commissioned_map(name: &str) -> Option<&'static str> {

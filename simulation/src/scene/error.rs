@@ -161,6 +161,14 @@ pub enum SceneError {
         /// The scene of the gallery whose name looks most like it.
         nearest: Option<&'static str>,
     },
+    /// A name that is neither that of a file nor of a commissioned motor's map.
+    #[error("there is no file {name}, and no map of that name")]
+    NoSuchMap {
+        /// The name as given.
+        name: String,
+        /// The maps that there are by name.
+        known: Vec<&'static str>,
+    },
     /// A scene file that is not TOML, or holds something that is no setting.
     #[error("{}:{line}:{column}: {message}", path.display())]
     Malformed {
@@ -198,6 +206,9 @@ impl SceneError {
                 Some("`host-sim keys` lists every key".to_owned())
             }
             Self::NoSuchScene { nearest: None, .. } => Some("`host-sim scenes` lists the gallery".to_owned()),
+            Self::NoSuchMap { known, .. } => {
+                Some(format!("by name: {}; `host-sim commission` makes that of another motor", known.join(", ")))
+            }
             Self::IsTable { table } => Some(keys_of(table)),
             Self::Quoted { value, .. } if value.parse::<f64>().is_ok() => {
                 Some(format!("a number has no quotes: {value}"))
