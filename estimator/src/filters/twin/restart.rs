@@ -48,16 +48,13 @@ impl<T: Real> StatorFilter<T> {
         self.predict_covariance();
         self.at_rest = false;
         let square = |x: f64| T::from_f64(x * x);
-        let [g_a, v_a, g_b, v_b, g_c, v_c] = DRIVEN_MOTION.map(square);
-        self.covariance.add_state_noise(&[
-            (MODES, g_a),
-            (MODES + 1, v_a),
-            (MODES + 2, g_b),
-            (MODES + 3, v_b),
-            (MODES + 4, g_c),
-            (MODES + 5, v_c),
-            (HEIGHT, square(DRIVEN_HEIGHT_M)),
-        ]);
+        let motion = (MODES..).zip(DRIVEN_MOTION);
+        for (state, deviation) in motion.chain([(HEIGHT, DRIVEN_HEIGHT_M)]) {
+            let mut unit = Errors::zeros();
+            unit.as_mut_slice().iter_mut().skip(state).take(1).for_each(|entry| *entry = T::one());
+            // One by one, though slower: it is rare, and together they would take 20 kB of code.
+            self.covariance.add_rank_one(&unit, square(deviation));
+        }
     }
 
     /// The rotor lies on the teeth of a stator at rest: motion and height are known to be zero; the parameters remain.
