@@ -7,9 +7,9 @@
 //! | [`ForbiddenCall`] | a call that the tasks can reach and must not make |
 //! | [`SizeReport`] | all of it for every program, beside the limits |
 //!
-//! The limits are those of the part that `firmware/memory` declares: 504 KiB of flash, beside which a description of the
-//! bench is kept, and 64 KiB of RAM. In a program with all three filters, the twin's takes 15 kB of variables and three
-//! quarters of the stack. A program with one of the others fits a smaller part.
+//! The limits are those of the part that `firmware/memory` declares: 504 KiB of flash, beside which a description of
+//! the bench is kept, and 64 KiB of RAM. In a program with all three filters, the twin's takes 15 kB of variables and
+//! three quarters of the stack. A program with one of the others fits a smaller part.
 
 mod reachable_calls;
 mod stack_depth;
