@@ -48,12 +48,12 @@ impl<T: Real> StatorFilter<T> {
         self.predict_covariance();
         self.at_rest = false;
         let square = |x: f64| T::from_f64(x * x);
-        let motion = (MODES..).zip(DRIVEN_MOTION);
-        for (state, deviation) in motion.chain([(HEIGHT, DRIVEN_HEIGHT_M)]) {
+        let motion = (MODES..).zip(DRIVEN_MOTION.map(square));
+        for (state, variance) in motion.chain([(HEIGHT, square(DRIVEN_HEIGHT_M))]) {
             let mut unit = Errors::zeros();
             unit.as_mut_slice().iter_mut().skip(state).take(1).for_each(|entry| *entry = T::one());
             // One by one, though slower: it is rare, and together they would take 20 kB of code.
-            self.covariance.add_rank_one(&unit, square(deviation));
+            self.covariance.add_rank_one(&unit, variance);
         }
     }
 
