@@ -25,6 +25,7 @@
 //! | `description` | what the host tells before a move: instruments, motor, map, configuration |
 //! | `configured_move` | the bench as the host describes it, and the move or the rate that is configured on it |
 //! | `configured_rate` | the rate, and its end |
+//! | `deadlines` | ticks that ended late, and ticks that were lost |
 //! | `forecast` | what a move will take, asked before it is configured |
 //! | `retarget` | another target for the move under way |
 //! | `by_hand`, `observation` | the jog and the self-test, and what the board sees of its instruments meanwhile |
@@ -36,6 +37,7 @@
 mod by_hand;
 mod configured_move;
 mod configured_rate;
+mod deadlines;
 mod description;
 mod forecast;
 mod kept;
@@ -64,6 +66,7 @@ use crate::loop_report::LoopReport;
 use crate::telemetry::{ArmingState, Entry, Telemetry};
 pub use configured_move::MoveMemory;
 use configured_move::{Asked, Bench, Configured, Move};
+pub use deadlines::OVERRUNS_MAX;
 use kept::StoreRequest;
 use measurements::MeasurementQueues;
 use observation::Observation;
@@ -71,9 +74,6 @@ use ports::Ports;
 
 /// The host is silent after this many ticks without a frame: 10 ms, a hundred camera frames.
 pub const SILENT_TICKS: u64 = 1000;
-
-/// The drive goes off after this many missed deadlines in a row.
-pub const OVERRUNS_MAX: u32 = 10;
 
 /// The answer to a session that begins.
 const WELCOME: BoardMessage = BoardMessage::Welcome { tick_nanos: PositionLoop::TICK_NANOS };
@@ -340,45 +340,11 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         self.telemetry.record_duration(clocks);
     }
 
-    /// Records whether the last tick met its deadline.
-    ///
-    /// A missed deadline is counted only while the drive may be on, and in a self-test. After [`OVERRUNS_MAX`] in a row
-    /// of the first kind the fault latches.
-    pub fn record_deadline(&mut self, met: bool) {
-        if let Some(observation) = &mut self.observation {
-            observation.late_ticks += u32::from(!met && !observation.is_over);
-        }
-        if met || !self.is_driving() {
-            self.overruns_in_a_row = 0;
-            return;
-        }
-        self.counters.overruns = self.counters.overruns.saturating_add(1);
-        self.overruns_in_a_row += 1;
-        if self.overruns_in_a_row >= OVERRUNS_MAX {
-            self.latch(BoardFault::Overrun);
-        }
-    }
-
     /// The amplifier has failed. Where the drive may be on, the board latches: no move is possible without it.
     pub fn stop_for_amplifier(&mut self) {
         if self.is_driving() {
             self.latch(BoardFault::AmplifierFailed);
         }
-    }
-
-    /// Advances the time by ticks that passed before arming or a jog, and so before the frame that asked for it.
-    pub fn skip_ticks(&mut self, ticks: u64) {
-        self.elapsed_ticks += ticks;
-        self.last_frame_at += ticks;
-        if let Some(observation) = &mut self.observation {
-            observation.last_tick += ticks;
-        }
-    }
-
-    /// Advances the time by ticks that were lost. Where the drive may be on, each is a missed deadline.
-    pub fn record_lost_ticks(&mut self, lost: u64) {
-        self.elapsed_ticks += lost;
-        (0..lost.min(u64::from(OVERRUNS_MAX))).for_each(|_| self.record_deadline(false));
     }
 
     /// Takes a sample of a vibrometer at the board; the next tick uses it.
