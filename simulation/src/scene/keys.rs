@@ -29,6 +29,7 @@ pub const TABLE_TITLES: &[(&str, &str)] = &[
     ("plant.motor", "What the true motor has beside its design. What is not set here is drawn."),
     ("camera", "The camera, and what is wrong with it."),
     ("ldv", "The laser-Doppler vibrometer, and what is wrong with it."),
+    #[cfg(feature = "gyroscope")]
     ("gyroscope", "The gyroscope that calibrate puts on the rotor."),
     ("fault", "Faults of drive and motor."),
     ("estimator", "The filter of angle and rate."),

@@ -19,6 +19,24 @@ use crate::camera::process::Process;
 use crate::camera::track::{State, Track};
 use crate::camera::track_covariance::TrackCovariance;
 
+/// A state, and what happens to it until the newest frame.
+pub(super) struct Hypothesis<T, B> {
+    pub(super) state: State<T, B>,
+    /// Variance of a kick before each frame, in rad^2/s^2.
+    pub(super) kick_rad2_s2: T,
+    /// Whether the rotor lies still.
+    pub(super) resting: bool,
+    /// Whether the first frame has to be within the gate, too.
+    pub(super) at_once: bool,
+}
+
+impl<T: Real, B> Hypothesis<T, B> {
+    /// A rotor in motion that nothing kicks.
+    pub(super) fn of(state: State<T, B>) -> Self {
+        Self { state, kick_rad2_s2: T::zero(), resting: false, at_once: false }
+    }
+}
+
 /// The track at the newest frame under a hypothesis about the frames before it, and the newest frame's innovation,
 /// which is not yet fused.
 pub(super) struct Fit<T, B> {
@@ -47,7 +65,7 @@ impl<T: Real, B> Fit<T, B> {
 
 impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Frames in a row that have to fit a kick, or the first of a restart, before it is accepted.
-    const CONFIRMING_FRAMES: usize = 4;
+    pub(super) const CONFIRMING_FRAMES: usize = 4;
 
     /// Beyond those, one in so many may be an outlier.
     const FRAMES_PER_OUTLIER: usize = 4;
@@ -63,7 +81,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let used = self.older.iter().rposition(|tracked| tracked.frame.exposed_at == state.at);
         if let Some(before) = used.and_then(|used| self.older.get(used.checked_sub(1)?))
             && let Some(fit) =
-                self.fit(before.track.state, T::zero(), Self::CONFIRMING_FRAMES_OF_AN_OUTLIER, process)
+                self.fit(Hypothesis::of(before.track.state), Self::CONFIRMING_FRAMES_OF_AN_OUTLIER, process)
             && fit.is_good()
         {
             let state = before.track.state;
@@ -72,7 +90,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
         let mut kicked = state;
         kicked.covariance.widen_rate(self.tuning.kick_rad2_s2);
-        let fit = self.fit(kicked, T::zero(), Self::CONFIRMING_FRAMES, process)?;
+        let fit = self.fit(Hypothesis::of(kicked), Self::CONFIRMING_FRAMES, process)?;
         let explained = fit.is_good() && !self.has_jumped(Self::CONFIRMING_FRAMES, process);
         explained.then_some(Fit { kicked: true, ..fit })
     }
@@ -89,7 +107,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let first = (self.older.len() + 1).checked_sub(count).and_then(|index| self.older.get(index));
         let (Some(first), track) = (first, &self.newest.track) else { return true };
         let started = Track::started(&first.frame, track.state.angle.angle(), Some(track), &self.tuning);
-        self.fit(started.state, T::zero(), count - 1, process).is_some()
+        self.fit(Hypothesis::of(started.state), count - 1, process).is_some()
     }
 
     /// Frames since the last one used in `track`, the newest included, as far as they are kept.
@@ -98,13 +116,12 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         1 + self.older.iter().filter(|tracked| tracked.frame.exposed_at > track.state.at).count()
     }
 
-    /// `state` of a rotor that turns, carried through the newest `count` frames, if the newest and all but a few of the
-    /// others are within its gate. It is kicked before each frame with the variance `kick_rad2_s2`.
+    /// The state of a hypothesis carried through the newest `count` frames, if the newest and all but a few of the others
+    /// are within its gate.
     #[inline(never)]
     pub(super) fn fit(
         &self,
-        mut state: State<T, B>,
-        kick_rad2_s2: T,
+        Hypothesis { mut state, kick_rad2_s2, resting, at_once }: Hypothesis<T, B>,
         count: usize,
         process: &impl Process<T, B>,
     ) -> Option<Fit<T, B>> {
@@ -117,7 +134,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
                 return None;
             }
             state.covariance.widen_rate(kick_rad2_s2);
-            process.carry(&mut state, false, frame.exposed_at);
+            process.carry(&mut state, resting, frame.exposed_at);
             let innovation_rad = state.innovation_rad(frame.angle);
             let noise_rad2 = self.tuning.frame_rad2(frame, false);
             let variance_rad2 = state.covariance.innovation_rad2(noise_rad2);
@@ -127,7 +144,11 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             let plausible = normalised <= self.tuning.gate;
             if !plausible {
                 outliers += 1;
-                if is_newest || Self::FRAMES_PER_OUTLIER * outliers + Self::CONFIRMING_FRAMES > count {
+                let is_first = fitted <= T::zero();
+                if is_newest
+                    || at_once && is_first
+                    || Self::FRAMES_PER_OUTLIER * outliers + Self::CONFIRMING_FRAMES > count
+                {
                     return None;
                 }
                 continue;

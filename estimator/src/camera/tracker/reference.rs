@@ -8,22 +8,24 @@
 //! |---|---|
 //! | the turn is lost: a driven rotor was not seen for long | the angle is right but for whole turns, for good |
 //! | the frames since the last one used do not agree among themselves: they scatter | is kept |
+//! | they show its rotor elsewhere, and moving as before | is lost; the track before goes on, as the trusted one |
 //! | they go on from its angle: the rotor was jolted, once and by any rate, or kicked before every frame | is kept |
-//! | they agree, and nothing explains them | is lost; the track before is kept, carried on, as the trusted one |
+//! | they agree, and nothing explains them | is lost, as above |
 //! | the reference is lost, and the frames are where the trusted track is | is found again |
 //! | the frames since the jump turn out to be one code of a stuck camera | is found again, with the trusted track |
 //!
 //! The trusted track is carried on until it is uncertain by three degrees: of all places one in ten is within its gate.
 //!
-//! Limits: a jump within the gate of a frame, six standard deviations, or within what kicks turn between frames, some
-//! tenths of a degree, is taken for a motion.
+//! Limits: a jump within the gate of a frame, six standard deviations, or within what kicks turn between two frames is
+//! taken for a motion. Kicks turn the rotor by some hundredths of a degree between two of 10,000 frames a second, and by
+//! two degrees or three between two of 500. So do jolts that friction ends between two of these.
 
-use motor_model::{Angle, Real, Time};
+use motor_model::{Angle, AngleAccumulator, Real, Time};
 
-use super::hypotheses::Fit;
+use super::hypotheses::{Fit, Hypothesis};
 use super::{TrackedFrame, Tracker, record};
 use crate::camera::process::Process;
-use crate::camera::track::Track;
+use crate::camera::track::{State, Track};
 use crate::camera::track_covariance::TrackCovariance;
 use crate::innovation::{Innovation, Verdict};
 use crate::measurement::CameraFrame;
@@ -78,8 +80,26 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         });
         let count = self.frames_since(&track);
         calm && count >= least
-            && self.frames_agree(count, process)
-            && self.followed(&track, process).is_none()
+            && (self.goes_on_elsewhere(&track, process)
+                || self.frames_agree(count, process) && self.followed(&track, process).is_none())
+    }
+
+    /// Whether the frames since the last one of `track` show its rotor at another angle, and moving as before: a rotor
+    /// that is jolted or kicked moves otherwise for a while.
+    #[inline(never)]
+    fn goes_on_elsewhere(&self, track: &Track<T, B>, process: &impl Process<T, B>) -> bool {
+        let count = self.frames_since(track);
+        let first = (self.older.len() + 1).checked_sub(count).and_then(|index| self.older.get(index));
+        let Some(TrackedFrame { frame, .. }) = first.filter(|_| count >= Self::CONFIRMING_FRAMES) else {
+            return false;
+        };
+        let mut state = track.state;
+        process.carry(&mut state, track.resting, frame.exposed_at);
+        let (rate_rad2_s2, before) = (state.covariance.rate_rad2_s2(), Some(&state.covariance));
+        let covariance = B::begin(self.tuning.frame_rad2(frame, false), rate_rad2_s2, before);
+        let elsewhere = State { angle: AngleAccumulator::at(frame.angle), covariance, ..state };
+        let hypothesis = Hypothesis { resting: track.resting, ..Hypothesis::of(elsewhere) };
+        self.fit(hypothesis, count - 1, process).is_some_and(|fit| fit.is_good())
     }
 
     /// Frames that prove a jump: fewer that scatter may agree by chance.
@@ -98,10 +118,13 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
                 near = found;
                 (self.reference.lost, self.reference.trusted) = (false, None);
             }
-        } else if let Some(followed) = self.followed(&before.track, process) {
-            near = followed;
-        } else if self.frames_agree(self.frames_since(&before.track), process) {
-            (self.reference.lost, self.reference.trusted) = (true, Some(before));
+        } else {
+            let elsewhere = self.goes_on_elsewhere(&before.track, process);
+            if let Some(followed) = self.followed(&before.track, process).filter(|_| !elsewhere) {
+                near = followed;
+            } else if elsewhere || self.frames_agree(self.frames_since(&before.track), process) {
+                (self.reference.lost, self.reference.trusted) = (true, Some(before));
+            }
         }
         self.begin(&frame, near)
     }
@@ -116,14 +139,17 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     }
 
     /// Angle of the rotor, if it may have come there since the last frame of `track`: jolted once, by any rate, or
-    /// kicked before every frame.
+    /// kicked before every frame, unless it lies on the teeth. It has to go there at once: frames that agree with each
+    /// other and not with the track before them are no outliers.
     #[inline(never)]
     fn followed(&self, track: &Track<T, B>, process: &impl Process<T, B>) -> Option<Angle> {
         let jolt_rad2_s2 = T::from_f64(Self::JOLT_RAD_S * Self::JOLT_RAD_S);
-        for [once, each] in [[jolt_rad2_s2, T::zero()], [T::zero(), self.tuning.kick_rad2_s2]] {
+        let each_rad2_s2 = if self.quiet { T::zero() } else { self.tuning.kick_rad2_s2 };
+        for [once, each] in [[jolt_rad2_s2, T::zero()], [T::zero(), each_rad2_s2]] {
             let mut state = track.state;
             state.covariance.widen_rate(once);
-            let fit = self.fit(state, each, self.frames_since(track), process);
+            let hypothesis = Hypothesis { kick_rad2_s2: each, at_once: true, ..Hypothesis::of(state) };
+            let fit = self.fit(hypothesis, self.frames_since(track), process);
             if let Some(fit) = fit.filter(Fit::is_good) {
                 return Some(fit.state.angle.angle());
             }

@@ -1,6 +1,10 @@
+extern crate std;
+use std::vec::Vec;
+
 use super::*;
 use crate::camera::process::{Wander, Wandering};
 use crate::filter::{Health, Reason};
+use crate::instruments::CameraDescription;
 use crate::tests::{FRAME_NANOS, frame};
 use motor_model::math;
 
@@ -124,4 +128,24 @@ fn exact_a_rest_that_was_none_makes_the_next_one_take_longer() {
         tracker.rest_test.confirms(Time::from_nanos((1000 + n) * FRAME_NANOS), Angle::ZERO, 8.766e-8)
     });
     assert_eq!(confirmed, Some(68));
+}
+
+/// A rotor at rest before a camera of 500 frames a second that is pushed: it turns by half a degree to ten between two
+/// frames and lies still again. A jolted rotor would be seen to slide. So what the angle counts from is lost.
+#[test]
+fn exact_a_resting_rotor_of_a_slow_camera_does_not_jump() {
+    for jump_rad in [0.18, -0.18, 0.03, 0.01] {
+        let camera = CameraDescription { period_nanos: 2_000_000, ..CameraDescription::default() };
+        let mut tracker = Tracker::new(TrackTuning::new(&camera));
+        let sd_rad = math::sqrt(tracker.tuning.camera_rad2);
+        let noise_rad = |n: u64| sd_rad * [0.5, -0.7, 0.2, 0.9, -0.9][n as usize % 5];
+        (1..=100).for_each(|n| {
+            see(&mut tracker, 20 * n, noise_rad(n), true);
+        });
+        assert!(tracker.is_resting());
+        let after: Vec<_> = (101..=120)
+            .map(|n| (see(&mut tracker, 20 * n, jump_rad + noise_rad(n), true), health(&tracker, 20 * n)))
+            .collect();
+        assert_eq!(after.last().unwrap().1, Health::Unusable(Reason::ReferenceLost), "{jump_rad}: {after:?}");
+    }
 }

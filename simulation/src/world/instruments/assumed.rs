@@ -43,12 +43,23 @@ fn camera(scene: &Scene) -> CameraDescription {
 /// The vibration is along a line. The rotor leans on the pin on any side, off by c, of which each direction has `c^2 /
 /// 2`: the most that a shift within the clearance can have in the mean over all directions.
 fn shift_m(scene: &Scene) -> f64 {
-    let clearance_m = scene.number(CLEARANCE);
+    let (play_m, vibration_m) = (play_m(scene), vibration_m(scene));
+    math::sqrt(0.5 * (vibration_m * vibration_m + play_m * play_m))
+}
+
+/// Largest shift of all marks in m that vibration and play make: `V + c`.
+pub(super) fn shift_max_m(scene: &Scene) -> f64 {
+    play_m(scene) + vibration_m(scene)
+}
+
+fn play_m(scene: &Scene) -> f64 {
     let has_hub = RotorModel::of(scene).is_ok_and(RotorModel::has_hub);
     let has_play = has_hub || scene.keys_set().any(|key| key == CLEARANCE);
-    let play_m = if has_play { clearance_m } else { 0.0 };
-    let vibration_m = scene.number("estimator.assumed.camera.vibration_m");
-    math::sqrt(0.5 * (vibration_m * vibration_m + play_m * play_m))
+    if has_play { scene.number(CLEARANCE) } else { 0.0 }
+}
+
+fn vibration_m(scene: &Scene) -> f64 {
+    scene.number("estimator.assumed.camera.vibration_m")
 }
 
 /// Time from the end of an exposure to the arrival of its frame.

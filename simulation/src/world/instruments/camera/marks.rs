@@ -20,6 +20,14 @@
 //! with `chi2` the value that chi-squared exceeds once in three million pictures. The tolerance is for what is no rigid
 //! motion in the plane: a tilt eta moves a mark by up to `r eta^2 / 2`, 2.4 um at 35 mrad.
 //!
+//! and when the rotor's play allows the shift `d` that they show, of the standard deviation `sigma_d`:
+//!
+//! ```text
+//! |d| <= play + tolerance + sigma_d sqrt(chi2)              play: what the hub's clearance and a vibration allow
+//! |m| <= play + tolerance + sigma_d sqrt(chi2 / (2 N - 1))
+//! m+ = m + (d - m) / N                                      the mean over such pictures of all marks, N = 6
+//! ```
+//!
 //! Otherwise one mark is left out, or two, the ones without which the rest agrees best. The picture is refused, and no
 //! frame comes of it, when no such rest agrees, when two of them agree among themselves but not with each other, or
 //! when the rest is so crowded that its angle has more than twice the variance of as many marks all round.
@@ -27,7 +35,8 @@
 //! What residuals cannot tell:
 //!
 //! - Two marks have one degree of freedom, their distance. A mark that is false round the axis keeps it, and turns the
-//!   angle by half its error. Of two marks that disagree none is known to be right: the picture is refused.
+//!   angle by half its error. It also shifts the pattern by half its error: with no play pictures are refused from twice
+//!   the tolerance and some noise on, 0.09 degrees of angle for the default camera, and with play from so much more on. Of two marks that disagree none is known to be right: the picture is refused.
 //! - Two opposite marks that are exchanged are a turn by 180 degrees.
 //! - A tilt shortens the picture. With three marks or more the angle stays right; two opposite marks show up to
 //!   `eta^2 / 4` of it as an angle, 14 milli-degrees at 31 mrad.
@@ -42,7 +51,7 @@ use crate::math::count::real;
 use crate::math::random_streams::{self, RandomSource};
 use crate::scene::Scene;
 use crate::scene::faults::{FaultKind, MarkFault};
-use crate::world::instruments::FaultTimes;
+use crate::world::instruments::{FaultTimes, assumed};
 use crate::world::pose::Pose;
 
 /// Standard deviations of the normal distribution that are exceeded once in three million times.
@@ -51,6 +60,8 @@ const DEVIATIONS: f64 = 5.0;
 const DISAGREE: f64 = 6.0;
 /// Most marks that are left out by their residual.
 const LEFT_OUT_MAX: usize = 2;
+/// Pictures over which the shift is averaged.
+const SHIFT_PICTURES: f64 = 6.0;
 /// Rounding of coordinates, in m.
 const ROUNDING_M: f64 = 1e-12;
 
@@ -91,6 +102,10 @@ pub(super) struct Marks {
     noise_m: f64,
     step_m: f64,
     tolerance_m: f64,
+    /// Largest shift of the pattern that play and vibration make.
+    play_m: f64,
+    /// The mean shift of the last pictures.
+    mean_shift_m: Place,
     /// The faults of each mark.
     faults: Vec<FaultTimes<MarkFault>>,
     /// Where the marks were found last; `None` of one that was not found.
@@ -134,6 +149,8 @@ impl Marks {
             noise_m: scene.number("camera.noise_m"),
             step_m,
             tolerance_m: scene.number("camera.mark_tolerance_m"),
+            play_m: assumed::shift_max_m(scene),
+            mean_shift_m: [0.0; 2],
             faults: (1..=count).map(faults_of).collect(),
             counts: MarkCounts::default(),
         };
@@ -215,19 +232,33 @@ impl Marks {
         self.noise_m * self.noise_m + self.step_m * self.step_m / 12.0 + ROUNDING_M * ROUNDING_M
     }
 
-    /// Whether the marks of a fit agree with a rigid motion.
+    /// Whether the marks of a fit agree with a rigid motion that the hub allows.
     fn agrees(&self, fit: &RigidMotion) -> bool {
-        let marks = real(fit.marks);
         let allowed_m = math::sqrt(self.coordinate_m2() * chi_squared(fit.freedom()))
-            + self.tolerance_m * math::sqrt(marks);
-        fit.residual_m2 <= allowed_m * allowed_m
+            + self.tolerance_m * math::sqrt(real(fit.marks));
+        fit.residual_m2 <= allowed_m * allowed_m && self.hub_allows(fit.shift_m, fit, 1.0)
+    }
+
+    /// Whether the hub allows a shift with `part` of the variance of a fit's.
+    fn hub_allows(&self, [x, y]: Place, fit: &RigidMotion, part: f64) -> bool {
+        let sd_m = fit.shift_sd_m(math::sqrt(self.coordinate_m2()));
+        let allowed_m = self.play_m + self.tolerance_m + sd_m * math::sqrt(part * chi_squared(2));
+        x * x + y * y <= allowed_m * allowed_m
+    }
+
+    /// Takes the shift of a picture whose marks all agree into the mean; whether the hub allows that.
+    fn stays_on_the_pin(&mut self, fit: &RigidMotion) -> bool {
+        for (mean_m, shift_m) in self.mean_shift_m.iter_mut().zip(fit.shift_m) {
+            *mean_m += (shift_m - *mean_m) / SHIFT_PICTURES;
+        }
+        self.hub_allows(self.mean_shift_m, fit, 1.0 / (2.0 * SHIFT_PICTURES - 1.0))
     }
 
     /// The fit of those of the marks found that agree; `None` when the picture is refused.
-    fn agreeing(&self, found: &[(Place, Place)]) -> Option<RigidMotion> {
+    fn agreeing(&mut self, found: &[(Place, Place)]) -> Option<RigidMotion> {
         let all = RigidMotion::fit(found.iter().copied())?;
         if self.agrees(&all) {
-            return self.spread_out(&all).then_some(all);
+            return (self.stays_on_the_pin(&all) && self.spread_out(&all)).then_some(all);
         }
         for left_out in 1..=LEFT_OUT_MAX.min(found.len().saturating_sub(2)) {
             let mut fits = Vec::new();

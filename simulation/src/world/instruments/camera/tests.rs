@@ -56,7 +56,8 @@ fn dual_frames_of_a_single_mark_are_those_of_its_arc() {
 #[test]
 fn exact_a_shift_of_a_single_mark_is_an_angle() {
     let frame = |marks, shift_m: [f64; 2]| {
-        let mut camera = camera(&[marks, "camera.noise_m=0", "camera.resolution_m=0"]);
+        let clearance = "estimator.assumed.hub.clearance_m=7e-6";
+        let mut camera = camera(&[marks, "camera.noise_m=0", "camera.resolution_m=0", clearance]);
         let pose = Pose { shift_m, ..Pose::LEVEL };
         camera.expose(Time::ZERO, Shown { angle: Angle::from_degrees(90.0), pose });
         camera.arrived(Time::from_micros(100)).unwrap().angle.degrees() - 90.0
