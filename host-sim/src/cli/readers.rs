@@ -22,8 +22,9 @@ const fn reader(command: &'static str, reads: &'static [&'static str]) -> Reader
     Reader { command, reads, overwrites: &[] }
 }
 
-/// What a recording reads. No filter runs; what is assumed of the instruments is checked with the instruments.
-const RECORD_READS: [&str; 13] = [
+/// What a recording reads. No filter runs; what is assumed of the instruments is checked with the instruments, and what
+/// shifts the marks tells which pictures are right.
+const RECORD_READS: [&str; 15] = [
     "seed",
     "motor",
     "plant",
@@ -35,6 +36,8 @@ const RECORD_READS: [&str; 13] = [
     "estimator.assumed.camera.frame_rate_hz",
     "estimator.assumed.camera.latency_frames",
     "estimator.assumed.camera.latency_s",
+    "estimator.assumed.camera.vibration_m",
+    "estimator.assumed.hub.clearance_m",
     "estimator.assumed.ldv.bits",
     "estimator.assumed.ldv.range_m_s",
 ];
@@ -75,7 +78,7 @@ const BOARD: [&str; 12] = [
 ];
 
 /// What is read for a drive by hand: what a recording reads.
-const JOG_READS: [&str; 13] = [
+const JOG_READS: [&str; 15] = [
     "seed",
     "motor",
     "plant",
@@ -87,6 +90,8 @@ const JOG_READS: [&str; 13] = [
     "estimator.assumed.camera.frame_rate_hz",
     "estimator.assumed.camera.latency_frames",
     "estimator.assumed.camera.latency_s",
+    "estimator.assumed.camera.vibration_m",
+    "estimator.assumed.hub.clearance_m",
     "estimator.assumed.ldv.bits",
     "estimator.assumed.ldv.range_m_s",
 ];

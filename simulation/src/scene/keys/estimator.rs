@@ -80,14 +80,15 @@ pub const SETTINGS: &[Setting] = &[
         "estimator.assumed.camera.vibration_m",
         "camera.vibration_m",
         "m",
-        "amplitude of the microscope's vibration, as the filters assume; it counts with a single mark",
+        "amplitude of the microscope's vibration, as the filters assume: an error of a single mark; several marks may \
+         be shifted by so much",
     ),
     assumed(
         "estimator.assumed.hub.clearance_m",
         "motor.hub.clearance_m",
         "m",
-        "radial clearance in which the rotor shifts, as the filters assume, where the rotor has a hub or this is set; \
-         it counts with a single mark",
+        "radial clearance in which the rotor shifts, as the filters assume, where the rotor has a hub or this is set: \
+         an error of a single mark; several marks may be shifted by so much and a third more",
     ),
     assumed(
         "estimator.assumed.ldv.installed",

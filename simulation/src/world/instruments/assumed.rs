@@ -15,6 +15,9 @@ use crate::world::event_clock::EventRate;
 /// Radial clearance of the hub, as the filters assume: that of the design, where the rotor has a hub.
 const CLEARANCE: &str = "estimator.assumed.hub.clearance_m";
 
+/// Largest clearance of a hub per its design's: 30 % more, the tolerance of `motor.hub.clearance_m`.
+const CLEARANCE_TOLERANCE: f64 = 1.3;
+
 /// The instruments of `scene` as the filters assume them.
 pub fn assumed(scene: &Scene) -> Instruments {
     let installed = scene.choice("estimator.assumed.ldv.installed") == "yes";
@@ -47,9 +50,10 @@ fn shift_m(scene: &Scene) -> f64 {
     math::sqrt(0.5 * (vibration_m * vibration_m + play_m * play_m))
 }
 
-/// Largest shift of all marks in m that vibration and play make: `V + c`.
+/// Largest shift of all marks in m that vibration and play make: `V + c`, with what a hub's clearance may exceed its
+/// design by.
 pub(super) fn shift_max_m(scene: &Scene) -> f64 {
-    play_m(scene) + vibration_m(scene)
+    CLEARANCE_TOLERANCE * play_m(scene) + vibration_m(scene)
 }
 
 fn play_m(scene: &Scene) -> f64 {
