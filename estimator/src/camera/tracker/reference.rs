@@ -68,9 +68,9 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Standard deviation of the rate after a jolt, in rad/s: 16 turns a second.
     const JOLT_RAD_S: f64 = 100.0;
 
-    /// Whether the frames since the last one used, `least` or more, agree among themselves, and no rotor has gone
-    /// there: a track that has become uncertain meanwhile would take them in. A track that outliers may have led astray
-    /// proves nothing.
+    /// Whether the frames since the last one used show the rotor elsewhere, and moving as before, or `least` of them or
+    /// more agree among themselves, and no rotor has gone there: a track that has become uncertain meanwhile would take
+    /// them in. A track that outliers may have led astray proves nothing.
     #[cold]
     pub(super) fn has_jumped(&self, least: usize, process: &impl Process<T, B>) -> bool {
         let Some(track) = self.older.back().map(|before| before.track) else { return false };
@@ -79,9 +79,10 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             used.track.far_frames() == 0 && used.track.nis <= T::from_f64(Self::NIS_DOUBTED)
         });
         let count = self.frames_since(&track);
-        calm && count >= least
-            && (self.goes_on_elsewhere(&track, process)
-                || self.frames_agree(count, process) && self.followed(&track, process).is_none())
+        let nothing_explains = || {
+            count >= least && self.frames_agree(count, process) && self.followed(&track, process).is_none()
+        };
+        calm && (self.goes_on_elsewhere(&track, process) || nothing_explains())
     }
 
     /// Whether the frames since the last one of `track` show its rotor at another angle, and moving as before: a rotor

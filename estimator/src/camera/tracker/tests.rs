@@ -149,3 +149,24 @@ fn exact_a_resting_rotor_of_a_slow_camera_does_not_jump() {
         assert_eq!(after.last().unwrap().1, Health::Unusable(Reason::ReferenceLost), "{jump_rad}: {after:?}");
     }
 }
+
+/// A driven rotor, and a camera that is pushed by a third of a degree or more: the frames go on at the same rate from
+/// another angle. A rotor that was kicked there would go on at another rate.
+#[test]
+fn exact_a_camera_that_is_pushed_loses_the_reference_and_a_kicked_rotor_keeps_it() {
+    let after = |seen_rad: &dyn Fn(u64) -> f64| {
+        let mut tracker = tracking();
+        (101..=130).for_each(|n| {
+            see(&mut tracker, n, seen_rad(n), false);
+        });
+        health(&tracker, 130)
+    };
+    for push_rad in [0.0064, -0.0064, 0.1, 1.0] {
+        let pushed = after(&|n| truth(n) + push_rad);
+        assert_eq!(pushed, Health::Unusable(Reason::ReferenceLost), "{push_rad}");
+    }
+    for kick_rad_s in [-20.0, 30.0, 60.0] {
+        let kicked = after(&|n| truth(n) + kick_rad_s * 1e-4 * (n - 100) as f64);
+        assert!(!matches!(kicked, Health::Unusable(_)), "{kick_rad_s}: {kicked:?}");
+    }
+}
