@@ -95,8 +95,6 @@ pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
     stuck: Option<Stuck>,
     /// Whether the rotor has been driven since a frame last brought another code.
     driven: bool,
-    /// Whether it has lain on the teeth ever since a frame was last used: nothing has kicked it.
-    quiet: bool,
     rest_test: RestTest<T>,
     noise: CameraNoise<T>,
     persistent_error: PersistentError<T>,
@@ -129,7 +127,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             reference: Reference::of_the_first_frame(),
             stuck: None,
             driven: false,
-            quiet: false,
             rest_test: RestTest::default(),
             noise: CameraNoise::new(&tuning.camera),
             persistent_error: PersistentError::default(),
@@ -240,7 +237,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             self.rest_test.begin();
         }
         self.rest_test.dispute(disputed);
-        self.quiet = quiet && (self.quiet || self.newest.track.refusals == 0);
         if self.stuck.is_some() && self.still_stuck(frame, quiet) {
             return refused(frame, (T::zero(), T::zero()), Rejection::Stuck);
         }

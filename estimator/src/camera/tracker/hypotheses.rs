@@ -26,14 +26,12 @@ pub(super) struct Hypothesis<T, B> {
     pub(super) kick_rad2_s2: T,
     /// Whether the rotor lies still.
     pub(super) resting: bool,
-    /// Whether the first frame has to be within the gate, too.
-    pub(super) at_once: bool,
 }
 
 impl<T: Real, B> Hypothesis<T, B> {
     /// A rotor in motion that nothing kicks.
     pub(super) fn of(state: State<T, B>) -> Self {
-        Self { state, kick_rad2_s2: T::zero(), resting: false, at_once: false }
+        Self { state, kick_rad2_s2: T::zero(), resting: false }
     }
 }
 
@@ -121,7 +119,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     #[inline(never)]
     pub(super) fn fit(
         &self,
-        Hypothesis { mut state, kick_rad2_s2, resting, at_once }: Hypothesis<T, B>,
+        Hypothesis { mut state, kick_rad2_s2, resting }: Hypothesis<T, B>,
         count: usize,
         process: &impl Process<T, B>,
     ) -> Option<Fit<T, B>> {
@@ -144,11 +142,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             let plausible = normalised <= self.tuning.gate;
             if !plausible {
                 outliers += 1;
-                let is_first = fitted <= T::zero();
-                if is_newest
-                    || at_once && is_first
-                    || Self::FRAMES_PER_OUTLIER * outliers + Self::CONFIRMING_FRAMES > count
-                {
+                if is_newest || Self::FRAMES_PER_OUTLIER * outliers + Self::CONFIRMING_FRAMES > count {
                     return None;
                 }
                 continue;

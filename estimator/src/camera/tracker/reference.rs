@@ -140,16 +140,14 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     }
 
     /// Angle of the rotor, if it may have come there since the last frame of `track`: jolted once, by any rate, or
-    /// kicked before every frame, unless it lies on the teeth. It has to go there at once: frames that agree with each
-    /// other and not with the track before them are no outliers.
+    /// kicked before every frame.
     #[inline(never)]
     fn followed(&self, track: &Track<T, B>, process: &impl Process<T, B>) -> Option<Angle> {
         let jolt_rad2_s2 = T::from_f64(Self::JOLT_RAD_S * Self::JOLT_RAD_S);
-        let each_rad2_s2 = if self.quiet { T::zero() } else { self.tuning.kick_rad2_s2 };
-        for [once, each] in [[jolt_rad2_s2, T::zero()], [T::zero(), each_rad2_s2]] {
+        for [once, each] in [[jolt_rad2_s2, T::zero()], [T::zero(), self.tuning.kick_rad2_s2]] {
             let mut state = track.state;
             state.covariance.widen_rate(once);
-            let hypothesis = Hypothesis { kick_rad2_s2: each, at_once: true, ..Hypothesis::of(state) };
+            let hypothesis = Hypothesis { kick_rad2_s2: each, ..Hypothesis::of(state) };
             let fit = self.fit(hypothesis, self.frames_since(track), process);
             if let Some(fit) = fit.filter(Fit::is_good) {
                 return Some(fit.state.angle.angle());
