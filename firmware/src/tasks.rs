@@ -23,6 +23,9 @@
 //! deadline of tick `k` is that interrupt, and the loop task may be up to `n` ticks behind. A stop and a fault switch
 //! the drive off at the next interrupt, and take back the commands that do not act yet.
 //!
+//! An amplifier that fails is off at the interrupt that finds it, and latches in the tick of that interrupt. It is tried
+//! again when the host arms anew, or jogs: the timer task does it, before the first tick of the drive.
+//!
 //! # Priorities
 //!
 //! Two priorities need no framework: the interrupt never waits, and the tasks share only lock-free queues and a count.
@@ -58,7 +61,7 @@ use heapless::spsc::{Consumer, Producer, Queue};
 use link::{BoardMessage, ResetCause, TickRecord};
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Time};
 
-use crate::amplifier::Amplifier;
+use crate::amplifier::{Amplifier, Cutoff};
 use crate::application::{Application, MoveMemory};
 use crate::design::DesignedDrive;
 use crate::store::Store;
@@ -127,6 +130,8 @@ pub struct TaskMemory {
     designs: Queue<ModeIncrements, 2>,
     /// How often the drive was switched off at once.
     switched_off: AtomicU32,
+    /// How often the host has armed the loop, or begun to jog.
+    begun: AtomicU32,
     configured: MoveMemory,
 }
 
@@ -138,6 +143,7 @@ impl TaskMemory {
             commands: Queue::new(),
             designs: Queue::new(),
             switched_off: AtomicU32::new(0),
+            begun: AtomicU32::new(0),
             configured: MoveMemory::new(),
         }
     }
@@ -146,7 +152,7 @@ impl TaskMemory {
     ///
     /// # Errors
     /// When the model refuses the nominal motor: never, unless its bounds are changed.
-    pub fn tasks<P: SetDutyCycle, E: OutputPin, C: Converter>(
+    pub fn tasks<P: SetDutyCycle + Cutoff, E: OutputPin, C: Converter>(
         &mut self,
         width: P,
         enable: E,
@@ -166,6 +172,8 @@ impl TaskMemory {
             designs: design_consumer,
             switched_off: &self.switched_off,
             switched_off_seen: 0,
+            begun: &self.begun,
+            begun_seen: 0,
         };
         let port = CommandPort {
             commands: command_producer,
@@ -179,7 +187,13 @@ impl TaskMemory {
         };
         let mut application = Application::new(port, &mut self.configured).timed();
         application.record_converter(C::IS_INSTALLED);
-        let loop_task = LoopTask { application, ticks: tick_consumer, last_interrupt: 0, just_begun: false };
+        let loop_task = LoopTask {
+            application,
+            ticks: tick_consumer,
+            last_interrupt: 0,
+            begun: &self.begun,
+            just_begun: false,
+        };
         Ok((timer_task, loop_task))
     }
 }
@@ -195,9 +209,11 @@ pub struct TimerTask<'q, P, E, C> {
     designs: Consumer<'q, ModeIncrements>,
     switched_off: &'q AtomicU32,
     switched_off_seen: u32,
+    begun: &'q AtomicU32,
+    begun_seen: u32,
 }
 
-impl<P: SetDutyCycle, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
+impl<P: SetDutyCycle + Cutoff, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
     /// What has to happen every 10 us, on time. The sample comes first: its instant is that of the interrupt.
     #[inline]
     pub fn interrupt(&mut self) {
@@ -206,6 +222,11 @@ impl<P: SetDutyCycle, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
             self.amplifier.set_modes(modes);
         }
         self.interrupts += 1;
+        let begun = self.begun.load(Ordering::Acquire);
+        if begun != self.begun_seen {
+            self.begun_seen = begun;
+            self.amplifier.rearm();
+        }
         self.take_commands();
         self.amplifier.sample();
         let tick = Tick { interrupt: self.interrupts, velocity_m_s, amplifier_works: self.amplifier.works() };
@@ -314,6 +335,8 @@ pub struct LoopTask<'q> {
     ticks: Consumer<'q, Tick>,
     /// Number of the interrupt that made the last tick.
     last_interrupt: u64,
+    /// Only this task writes it.
+    begun: &'q AtomicU32,
     /// Whether the drive may be on since the last tick, and was off before: the loop was armed, or jogged.
     just_begun: bool,
 }
@@ -359,7 +382,10 @@ impl LoopTask<'_> {
         let was_driving = self.application.is_driving();
         self.application.receive(bytes, send);
         if !was_driving && self.application.is_driving() {
-            // Ticks that were missed before, during construction of the filter, are no overruns of the move.
+            let count = self.begun.load(Ordering::Relaxed);
+            self.begun.store(count.wrapping_add(1), Ordering::Release);
+            // Ticks that were missed before, during construction of the filter, are no overruns of the move. Nor do they
+            // tell of the amplifier that is tried again.
             while self.ticks.dequeue().is_some() {}
             self.just_begun = true;
         }

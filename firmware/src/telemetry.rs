@@ -60,7 +60,7 @@ pub enum ArmingState {
     HostSilent,
     /// Latched until a stop: deadlines were missed.
     Overrun,
-    /// Latched until a stop: the amplifier failed, and stays off until a restart.
+    /// Latched until a stop: the amplifier failed, or was cut off.
     AmplifierFailed,
 }
 

@@ -15,6 +15,7 @@ use link::ResetCause;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
 use super::Parts;
+use crate::amplifier::Cutoff;
 use crate::store::{SLOT_BYTES, STORE_BYTES, check_range};
 use crate::tasks::NoConverter;
 
@@ -108,6 +109,16 @@ impl SetDutyCycle for Width {
         unsafe { LATCH.write_volatile(duty.into()) }
         Ok(())
     }
+}
+
+impl Cutoff for Width {
+    /// Never: nothing of this board can cut a bridge off.
+    #[inline]
+    fn is_cut(&self) -> bool {
+        false
+    }
+
+    fn reconnect(&mut self) {}
 }
 
 /// The serial line to the host.

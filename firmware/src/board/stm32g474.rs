@@ -22,6 +22,7 @@ use stm32g4::stm32g474 as pac;
 use link::{LINE_BAUD, ResetCause};
 
 use super::Parts;
+use crate::amplifier::Cutoff;
 use crate::tasks::Converter;
 pub use flash::Flash;
 use wait::wait_until;
@@ -149,6 +150,17 @@ impl SetDutyCycle for Width {
     fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
         self.0.ccr1().write(|w| w.ccr().set(duty.into()));
         Ok(())
+    }
+}
+
+impl Cutoff for Width {
+    #[inline]
+    fn is_cut(&self) -> bool {
+        self.0.bdtr().read().moe().is_disabled_idle()
+    }
+
+    fn reconnect(&mut self) {
+        self.0.bdtr().modify(|_, w| w.moe().set_bit());
     }
 }
 

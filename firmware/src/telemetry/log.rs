@@ -30,7 +30,7 @@ pub fn log(tick: u64, entry: &Entry) {
         Entry::Arming(ArmingState::Armed) => info!("state armed"),
         Entry::Arming(ArmingState::HostSilent) => error!("fault host_silent: drive off until a stop"),
         Entry::Arming(ArmingState::Overrun) => error!("fault overrun: drive off until a stop"),
-        Entry::Arming(ArmingState::AmplifierFailed) => error!("fault amplifier: drive off until a restart"),
+        Entry::Arming(ArmingState::AmplifierFailed) => error!("fault amplifier: drive off until a stop"),
         Entry::Estimate(estimate) => info!(
             "estimate angle_units={=i64} rate_rad_s={=f32} angle_rad2={=f32} rate_rad2_s2={=f32} resting={=bool}",
             estimate.angle.units(),

@@ -2,7 +2,7 @@
 //!
 //! | finding | good when | because |
 //! |---|---|---|
-//! | amplifier | no error since the start | after one it stays off |
+//! | amplifier | no error or over-current since it was last armed | after one it stays off |
 //! | ticks | none is late or lost | an armed loop does the same work and a filter's besides |
 //! | stack | [`STACK_FREE_MIN`] are free | a tick of a loop takes about as many, and beyond the end is a fault |
 //! | vibrometer | filters that are told its noise and offset see rest | else they never do |
@@ -79,10 +79,10 @@ pub(super) fn findings(report: &SelfTestReport, instruments: &Instruments, clock
 fn amplifier(report: &SelfTestReport) -> Finding {
     let of = "amplifier";
     if report.amplifier_works {
-        Finding::good(of, "no error of pulse width or enabling pin since the start")
+        Finding::good(of, "no error of its pins and no over-current")
     } else {
-        let hint = "see the bridge and its supply, then restart the board";
-        Finding::bad(of, "it has failed, and stays off", hint)
+        let hint = "see the bridge, its supply and its over-current output; a jog tries it again";
+        Finding::bad(of, "it has failed or was cut off", hint)
     }
 }
 
