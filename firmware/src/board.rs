@@ -3,41 +3,49 @@
 //! - `mps2`: the emulated board, QEMU's mps2-an386 or mps2-an500: enabling pin, pulse width, serial line, watchdog,
 //!   and memory that stands for a flash.
 //! - `stm32g474`, behind the feature of its name: the same of a real board.
-//! - `hardware`: the one of the two that the program is built for.
+//! - `hardware`: the one of them that the program is built for.
+//! - `wait`: waits of real boards for their hardware, which end.
 //! - `faults`: handlers of panics and faults, for every program. They switch the drive off, print the reason, and end.
 //! - [`stack_words`], [`stack_word_is_unused`]: what [`crate::stack_gauge`] looks at.
 
 mod faults;
-#[cfg(not(feature = "stm32g474"))]
+#[cfg(not(feature = "silicon"))]
 pub mod mps2;
 #[cfg(feature = "stm32g474")]
 pub mod stm32g474;
+#[cfg(feature = "silicon")]
+mod wait;
 
 use core::ptr;
 
 use cortex_m_rt::STACK_PAINT_VALUE;
 pub use faults::end;
-#[cfg(not(feature = "stm32g474"))]
+#[cfg(not(feature = "silicon"))]
 pub use mps2 as hardware;
 #[cfg(feature = "stm32g474")]
 pub use stm32g474 as hardware;
 
 use link::ResetCause;
 
-use hardware::{Enable, Flash, Line, Vibrometer, Watchdog, Width};
+#[cfg(feature = "keep")]
+use hardware::Flash;
+use hardware::{Enable, Line, Pulses, Vibrometer, Watchdog, Width};
 
 /// Everything of the board that the program uses.
 #[derive(Debug)]
 pub struct Parts {
-    /// The pulse width.
+    /// The pulse width, and what cuts the bridge off.
     pub width: Width,
     /// The bridge's enabling pin.
     pub enable: Enable,
+    /// What starts pulses and samples, together with the timer of the ticks.
+    pub pulses: Pulses,
     /// The serial line.
     pub line: Line,
     /// The vibrometer.
     pub vibrometer: Vibrometer,
     /// The flash of the kept description, from offset 0: [`crate::store::STORE_BYTES`].
+    #[cfg(feature = "keep")]
     pub flash: Flash,
     /// The watchdog, not yet started.
     pub watchdog: Watchdog,

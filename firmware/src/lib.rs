@@ -10,6 +10,7 @@
 //! | [`design`] | the design of the motor | the frequencies of its drive |
 //! | [`waveform`] | commands | samples of a sine with continuous phase |
 //! | [`amplifier`] | samples | a pulse width and an enabling pin (`embedded-hal`) |
+//! | [`ring`] | what a device writes into memory | the places that are new |
 //! | [`tasks`] | the timer | the two tasks that call all of the above, their deadlines and the queues between them |
 //! | [`telemetry`] | reports of ticks | entries of a log |
 //! | [`store`] | the description of the bench | the same, after a loss of power |
@@ -43,6 +44,7 @@ pub mod board;
 pub mod design;
 pub mod filter;
 pub mod loop_report;
+pub mod ring;
 #[cfg(target_os = "none")]
 pub mod semihosting;
 pub mod stack_gauge;

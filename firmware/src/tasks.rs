@@ -1,7 +1,7 @@
 //! The two tasks of a board, and the queues between them.
 //!
 //! ```text
-//!  timer, every 10 us --> TimerTask: a sample of the vibrometer, next sample of the drive
+//!  timer, every 10 us --> TimerTask: samples of the vibrometer, next sample of the drive
 //!                          |  ^
 //!                    Tick  |  | commands, ModeIncrements   each a queue of one producer and one consumer
 //!                          v  |
@@ -31,7 +31,7 @@
 //! Two priorities need no framework: the interrupt never waits, and the tasks share only lock-free queues and a count.
 //! When the queue of ticks is full, the new tick is lost, and counted as an overrun. When the loop task stops, the
 //! watchdog is not fed, and it restarts the board with the drive off. The main loop serves the line: what a latency
-//! lets it be busy for at once has to be less than the line holds, eight bytes in four ticks on an STM32G474.
+//! lets it be busy for at once has to be less than the line holds, a kilobyte in 500 ticks on the STM32 boards.
 //!
 //! # Outside of the tasks
 //!
@@ -58,7 +58,7 @@ use embedded_hal::pwm::SetDutyCycle;
 use embedded_storage_async::nor_flash::NorFlash;
 use estimator::LdvSample;
 use heapless::spsc::{Consumer, Producer, Queue};
-use link::{BoardMessage, ResetCause, TickRecord};
+use link::{BoardMessage, ResetCause, SelfTestReport, TickRecord};
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Time};
 
 use crate::amplifier::{Amplifier, Cutoff};
@@ -78,13 +78,20 @@ const TICKS_PER_REPORT: u64 = 100;
 /// Bytes that are received between two ticks at most, a megabyte a second, so that a flood cannot stop the loop.
 pub const BYTES_PER_TICK_MAX: usize = 10;
 
+/// Samples of the vibrometer in a tick, at even distances, as the simulated vibrometer has them unless a scene says
+/// otherwise.
+pub const SAMPLES_PER_TICK: usize = SelfTestReport::SAMPLES_PER_TICK as usize;
+
+const NANOS_PER_SAMPLE: u64 = PositionLoop::TICK_NANOS / SAMPLES_PER_TICK as u64;
+
 /// The analogue-to-digital converter of the vibrometer.
 pub trait Converter {
     /// Whether there is one.
     const IS_INSTALLED: bool = true;
 
-    /// The vertical velocity now; `None` without a converter, or out of its range.
-    fn velocity_m_s(&mut self) -> Option<f32>;
+    /// The vertical velocities in the tick that ends now, in m/s: the first half a tick ago, the last now. Each is
+    /// `None` without a converter, without a new sample, or out of its range.
+    fn velocities_m_s(&mut self) -> [Option<f32>; SAMPLES_PER_TICK];
 }
 
 /// A board without vibrometer: the samples come from the host.
@@ -94,8 +101,8 @@ pub struct NoConverter;
 impl Converter for NoConverter {
     const IS_INSTALLED: bool = false;
 
-    fn velocity_m_s(&mut self) -> Option<f32> {
-        None
+    fn velocities_m_s(&mut self) -> [Option<f32>; SAMPLES_PER_TICK] {
+        [None; SAMPLES_PER_TICK]
     }
 }
 
@@ -104,8 +111,19 @@ impl Converter for NoConverter {
 pub struct Tick {
     /// Interrupts so far, this one included.
     interrupt: u64,
-    velocity_m_s: Option<f32>,
+    velocities_m_s: [Option<f32>; SAMPLES_PER_TICK],
     amplifier_works: bool,
+}
+
+impl Tick {
+    /// The samples that there are, oldest first. The last of a tick is taken at its interrupt.
+    fn samples(&self) -> impl Iterator<Item = LdvSample> {
+        let begin_nanos = (self.interrupt - 1) * PositionLoop::TICK_NANOS;
+        (1..).zip(self.velocities_m_s).filter_map(move |(number, velocity_m_s)| {
+            let taken_at = Time::from_nanos(begin_nanos + number * NANOS_PER_SAMPLE);
+            Some(LdvSample { taken_at, velocity_m_s: velocity_m_s? })
+        })
+    }
 }
 
 /// A command, and the interrupt that applies it, or the next one after that has passed. It never acts if the drive is
@@ -214,10 +232,11 @@ pub struct TimerTask<'q, P, E, C> {
 }
 
 impl<P: SetDutyCycle + Cutoff, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
-    /// What has to happen every 10 us, on time. The sample comes first: its instant is that of the interrupt.
+    /// What has to happen every 10 us, on time. The samples come first: the instant of the last is that of the
+    /// interrupt.
     #[inline]
     pub fn interrupt(&mut self) {
-        let velocity_m_s = self.converter.velocity_m_s();
+        let velocities_m_s = self.converter.velocities_m_s();
         while let Some(modes) = self.designs.dequeue() {
             self.amplifier.set_modes(modes);
         }
@@ -229,7 +248,8 @@ impl<P: SetDutyCycle + Cutoff, E: OutputPin, C: Converter> TimerTask<'_, P, E, C
         }
         self.take_commands();
         self.amplifier.sample();
-        let tick = Tick { interrupt: self.interrupts, velocity_m_s, amplifier_works: self.amplifier.works() };
+        let tick =
+            Tick { interrupt: self.interrupts, velocities_m_s, amplifier_works: self.amplifier.works() };
         // A full queue loses the tick: the loop task will find a gap in the numbers.
         let _ = self.ticks.enqueue(tick);
     }
@@ -406,10 +426,7 @@ impl LoopTask<'_> {
         } else {
             self.application.record_lost_ticks(lost);
         }
-        if let Some(velocity_m_s) = tick.velocity_m_s {
-            let taken_at = Time::from_nanos(tick.interrupt * PositionLoop::TICK_NANOS);
-            self.application.push_ldv_sample(LdvSample { taken_at, velocity_m_s });
-        }
+        tick.samples().for_each(|sample| self.application.push_ldv_sample(sample));
         let report = self.application.tick();
         // The interrupt in which the command acts has not come.
         let latency_ticks = self.application.amplifier().latency_ticks();

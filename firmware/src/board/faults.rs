@@ -42,7 +42,7 @@ fn on_or_off() -> &'static str {
 
 /// Whether there is an emulator or a debugger: without one, a semihosting call would be a fault itself.
 fn is_debugged() -> bool {
-    cfg!(not(feature = "stm32g474")) || cortex_m::peripheral::DCB::is_debugger_attached()
+    cfg!(not(feature = "silicon")) || cortex_m::peripheral::DCB::is_debugger_attached()
 }
 
 /// Ends the emulation. Without emulator or debugger it waits until the watchdog restarts the board.

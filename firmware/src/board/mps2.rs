@@ -61,8 +61,10 @@ impl Parts {
         Some(Self {
             width: Width,
             enable: Enable,
+            pulses: Pulses,
             line,
             vibrometer: NoConverter,
+            #[cfg(feature = "keep")]
             flash: Flash,
             watchdog: Watchdog,
             reset_cause: ResetCause::Unknown,
@@ -89,6 +91,16 @@ impl OutputPin for Enable {
         unsafe { LAMPS.write_volatile(1) }
         Ok(())
     }
+}
+
+/// This board has neither pulses nor samples.
+#[derive(Debug)]
+pub struct Pulses;
+
+impl Pulses {
+    /// Nothing to do.
+    #[inline]
+    pub fn start(self) {}
 }
 
 /// The pulse width.
@@ -145,13 +157,10 @@ impl Line {
         waits.then(|| read(UART, Self::DATA) as u8)
     }
 
-    /// Writes a byte without waiting; whether there was room for it.
-    pub fn write(&mut self, byte: u8) -> bool {
-        let free = read(UART, Self::STATE) & 0b01 == 0;
-        if free {
-            write(UART, Self::DATA, byte.into());
-        }
-        free
+    /// Writes as many of `bytes` as there is room for, without waiting; how many.
+    pub fn write(&mut self, bytes: &[u8]) -> usize {
+        let is_free = |_: &&u8| read(UART, Self::STATE) & 0b01 == 0;
+        bytes.iter().take_while(is_free).inspect(|byte| write(UART, Self::DATA, u32::from(**byte))).count()
     }
 }
 

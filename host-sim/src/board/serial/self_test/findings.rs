@@ -115,11 +115,12 @@ fn vibrometer(report: &SelfTestReport, described: Option<&VibrometerDescription>
         let hint = "--set ldv.installed=no, or a firmware with a converter";
         return Finding::bad(of, "the board has no converter", hint);
     }
-    let beyond = report.ticks.saturating_sub(velocity.samples);
+    let all = report.ticks.saturating_mul(SelfTestReport::SAMPLES_PER_TICK);
+    let beyond = all.saturating_sub(velocity.samples);
     if beyond > 0 {
         let hint =
             "at rest the output lies within the range: see its shift, and the cable to the converter's pin";
-        let found = format!("{beyond} of {} samples at either end of the converter's range", report.ticks);
+        let found = format!("{beyond} of {all} samples at either end of the converter's range, or none");
         return Finding::bad(of, found, hint);
     }
     let (Some(mean_m_s), Some(sd_m_s)) = (velocity.mean_m_s(), velocity.sd_m_s()) else {
