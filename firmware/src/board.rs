@@ -2,7 +2,7 @@
 //!
 //! - `mps2`: the emulated board, QEMU's mps2-an386 or mps2-an500: enabling pin, pulse width, serial line, watchdog,
 //!   and memory that stands for a flash.
-//! - `stm32g474`, behind the feature of its name: the same of a real board.
+//! - `stm32g474`, `stm32h743`, each behind the feature of its name: the same of real boards.
 //! - `hardware`: the one of them that the program is built for.
 //! - `wait`: waits of real boards for their hardware, which end.
 //! - `faults`: handlers of panics and faults, for every program. They switch the drive off, print the reason, and end.
@@ -13,6 +13,8 @@ mod faults;
 pub mod mps2;
 #[cfg(feature = "stm32g474")]
 pub mod stm32g474;
+#[cfg(feature = "stm32h743")]
+pub mod stm32h743;
 #[cfg(feature = "silicon")]
 mod wait;
 
@@ -24,6 +26,8 @@ pub use faults::end;
 pub use mps2 as hardware;
 #[cfg(feature = "stm32g474")]
 pub use stm32g474 as hardware;
+#[cfg(feature = "stm32h743")]
+pub use stm32h743 as hardware;
 
 use link::ResetCause;
 
