@@ -6,8 +6,10 @@
 //! - `hardware`: the one of them that the program is built for.
 //! - `wait`: waits of real boards for their hardware, which end.
 //! - `faults`: handlers of panics and faults, for every program. They switch the drive off, print the reason, and end.
+//! - `crash`: what they keep until the program has started again.
 //! - [`stack_words`], [`stack_word_is_unused`]: what [`crate::stack_gauge`] looks at.
 
+pub mod crash;
 mod faults;
 #[cfg(not(feature = "silicon"))]
 pub mod mps2;
@@ -78,4 +80,19 @@ pub fn stack_word_is_unused(word: usize) -> bool {
     // SAFETY: the word is aligned and within the stack's memory, which exists and is only read here.
     let is_unused = || unsafe { ptr::addr_of!(_stack_end).add(word).read_volatile() } == STACK_PAINT_VALUE;
     word < stack_words() && is_unused()
+}
+
+/// The word `index` words above `address`; 0 outside of the stack's memory.
+fn word_of_stack(address: u32, index: u32) -> u32 {
+    let end = ptr::addr_of!(_stack_end);
+    let offset = (address as usize).wrapping_sub(end.addr());
+    let word = (offset / 4).saturating_add(index as usize);
+    if !offset.is_multiple_of(4) || word >= stack_words() {
+        return 0;
+    }
+    #[expect(unsafe_code, reason = "no variable owns the frame of an exception")]
+    // SAFETY: the word is aligned and within the stack's memory, which exists and is only read here.
+    unsafe {
+        end.add(word).read_volatile()
+    }
 }

@@ -31,7 +31,7 @@ use crate::loop_report::{LoopPhase, LoopReport};
 #[cfg(all(target_os = "none", not(feature = "silicon")))]
 pub use host_file::open;
 #[cfg(target_os = "none")]
-pub use log::log;
+pub use log::{log, log_crash};
 #[cfg(all(target_os = "none", feature = "silicon"))]
 pub use rtt::open;
 

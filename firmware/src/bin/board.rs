@@ -19,12 +19,12 @@ mod board {
     use cortex_m::{Peripherals, singleton};
     use cortex_m_rt::{entry, exception};
     use firmware::board::hardware::{CLOCK_HZ, Enable, Line, Pulses, Vibrometer, Width};
-    use firmware::board::{Parts, end, stack_word_is_unused, stack_words};
+    use firmware::board::{Parts, crash, end, stack_word_is_unused, stack_words};
     use firmware::stack_gauge::{StackGauge, WORDS_PER_TICK};
     #[cfg(feature = "keep")]
     use firmware::store::Store;
     use firmware::tasks::{BYTES_PER_TICK_MAX, TaskMemory, TimerTask};
-    use firmware::telemetry::{self, log};
+    use firmware::telemetry::{self, Entry, log, log_crash};
     use heapless::Deque;
     use link::FRAME_BYTES_MAX;
 
@@ -86,7 +86,8 @@ mod board {
         };
         let Parts { width, enable, pulses, mut line, vibrometer, mut watchdog, reset_cause, .. } = parts;
         let Ok((timer_task, mut loop_task)) = memory.tasks(width, enable, vibrometer) else { end(Err(())) };
-        loop_task.record_reset(reset_cause);
+        let crash = crash::take();
+        loop_task.record_reset(crash.as_ref().map_or(reset_cause, |crash| crash.kind.reset_cause()));
         #[cfg(feature = "keep")]
         let mut store = Store::new(parts.flash);
         #[cfg(feature = "keep")]
@@ -96,6 +97,10 @@ mod board {
         free(|token| FIRST_TIMER_TASK.borrow(token).set(Some(timer_task)));
         let mut outgoing = Deque::<u8, OUTGOING_BYTES>::new();
         let logs = telemetry::open();
+        let crash = crash.filter(|_| logs);
+        if let Some(crash) = &crash {
+            log_crash(crash);
+        }
         watchdog.start();
         start(core.SYST, pulses);
         loop {
@@ -120,6 +125,10 @@ mod board {
                 let entry = loop_task.telemetry(clocks_since(before));
                 if let Some((tick, entry)) = entry.filter(|_| logs) {
                     log(tick, &entry);
+                    // Again for a debugger that came later.
+                    if let (Entry::Arming(_), Some(crash)) = (&entry, &crash) {
+                        log_crash(crash);
+                    }
                 }
             }
             send(&mut outgoing, &mut line);
