@@ -19,11 +19,8 @@ fn main() {
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         let folder = env::var("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR");
         let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
-        let board = match (has("STM32G474"), has("CHECKS")) {
-            (true, _) => "stm32g474",
-            (false, true) => "mps2-checks",
-            (false, false) => "mps2",
-        };
+        let boards = [("STM32G474", "stm32g474"), ("STM32H743", "stm32h743"), ("CHECKS", "mps2-checks")];
+        let board = boards.into_iter().find(|&(feature, _)| has(feature)).map_or("mps2", |(_, board)| board);
         println!("cargo::rustc-link-search={folder}/memory/{board}");
         for argument in LINK_ARGUMENTS {
             println!("cargo::rustc-link-arg-bins={argument}");

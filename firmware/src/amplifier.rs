@@ -1,13 +1,25 @@
 //! The amplifier of the coil: a bridge with a pulse width, and a pin that enables it.
 //!
-//! At half the pulse width the coil has no current. While the drive is off the pin is low and the width is half. After
-//! an error of the pin or of the pulse width the drive stays off until a restart.
+//! At half the pulse width the coil has no current. While the drive is off the pin is low and the width is half.
+//!
+//! The bridge may cut itself off, by its over-current output at the board's break input ([`Cutoff`]): the hardware
+//! does, and the program finds it at the next sample. After that, and after an error of the pin or of the pulse width,
+//! the amplifier has failed. It stays off until the host arms anew.
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use motor_model::DriveCommand;
 
 use crate::waveform::{ModeIncrements, Waveform};
+
+/// A bridge that can be cut off without the program. Then both its pins are low: no pulses, and not enabled.
+pub trait Cutoff {
+    /// Whether the bridge is cut off. Once it is, it stays so until [`Self::reconnect`].
+    fn is_cut(&self) -> bool;
+
+    /// Gives the pins back to the program, unless the reason for the cut goes on.
+    fn reconnect(&mut self);
+}
 
 /// An amplifier on pins of any board.
 #[derive(Debug)]
@@ -19,7 +31,7 @@ pub struct Amplifier<P, E> {
     failed: bool,
 }
 
-impl<P: SetDutyCycle, E: OutputPin> Amplifier<P, E> {
+impl<P: SetDutyCycle + Cutoff, E: OutputPin> Amplifier<P, E> {
     /// An amplifier that is switched off.
     pub fn new(waveform: Waveform, width: P, enable: E) -> Self {
         let mut amplifier = Self { waveform, width, enable, enabled: true, failed: false };
@@ -43,6 +55,9 @@ impl<P: SetDutyCycle, E: OutputPin> Amplifier<P, E> {
     /// Outputs the next sample, to be called at the waveform's sample rate; the drive that is really applied.
     #[inline]
     pub fn sample(&mut self) -> DriveCommand {
+        if self.width.is_cut() && !self.failed {
+            self.fail();
+        }
         if self.waveform.commanded().mode().is_none() {
             return DriveCommand::OFF;
         }
@@ -52,16 +67,29 @@ impl<P: SetDutyCycle, E: OutputPin> Amplifier<P, E> {
         if enabled {
             self.enabled = true;
         } else {
-            self.failed = true;
-            self.waveform.command(DriveCommand::OFF);
-            self.off();
+            self.fail();
         }
         self.waveform.commanded()
     }
 
-    /// Whether no error has occurred.
+    /// Whether it has not failed since the last [`Self::rearm`].
     pub fn works(&self) -> bool {
         !self.failed
+    }
+
+    /// Tries again after a failure, with the drive off. A failure that goes on is found at once, or at the next sample.
+    pub fn rearm(&mut self) {
+        if self.failed {
+            self.failed = false;
+            self.off();
+            self.width.reconnect();
+        }
+    }
+
+    fn fail(&mut self) {
+        self.failed = true;
+        self.waveform.command(DriveCommand::OFF);
+        self.off();
     }
 
     fn off(&mut self) {
@@ -126,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn law_after_an_error_the_drive_stays_off() {
+    fn law_after_an_error_the_drive_stays_off_until_it_is_armed_anew() {
         let pins = Pins::default();
         let mut amplifier = amplifier(&pins);
         amplifier.command(DriveCommand::full(DriveMode::B));
@@ -138,5 +166,36 @@ mod tests {
         amplifier.command(DriveCommand::full(DriveMode::B));
         assert_eq!(amplifier.sample(), DriveCommand::OFF);
         assert!(!pins.enabled.get());
+        amplifier.rearm();
+        assert!(!pins.enabled.get() && amplifier.works(), "it works, and waits for a command");
+        amplifier.command(DriveCommand::full(DriveMode::B));
+        assert_eq!(amplifier.sample(), DriveCommand::full(DriveMode::B));
+        assert!(pins.enabled.get());
+    }
+
+    /// A pulse of over-current is enough, whether the drive is on or off. While it lasts, arming anew changes nothing.
+    #[test]
+    fn law_a_bridge_that_is_cut_off_has_failed_until_it_is_armed_anew() {
+        for command in [DriveCommand::full(DriveMode::C), DriveCommand::OFF] {
+            let pins = Pins::default();
+            let mut amplifier = amplifier(&pins);
+            amplifier.command(command);
+            assert_eq!(amplifier.sample(), command);
+            pins.set_over_current(true);
+            assert_eq!(amplifier.sample(), DriveCommand::OFF);
+            assert!(!pins.enabled.get() && !amplifier.works());
+            assert_eq!(pins.widths.borrow().last(), Some(&500));
+            amplifier.rearm();
+            assert_eq!(amplifier.sample(), DriveCommand::OFF);
+            assert!(!amplifier.works(), "the reason goes on");
+            pins.set_over_current(false);
+            amplifier.command(command);
+            assert_eq!(amplifier.sample(), DriveCommand::OFF);
+            assert!(!pins.enabled.get() && !amplifier.works(), "latched");
+            amplifier.rearm();
+            amplifier.command(command);
+            assert_eq!(amplifier.sample(), command);
+            assert!(amplifier.works() && pins.enabled.get() == command.mode().is_some());
+        }
     }
 }

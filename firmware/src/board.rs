@@ -2,42 +2,56 @@
 //!
 //! - `mps2`: the emulated board, QEMU's mps2-an386 or mps2-an500: enabling pin, pulse width, serial line, watchdog,
 //!   and memory that stands for a flash.
-//! - `stm32g474`, behind the feature of its name: the same of a real board.
-//! - `hardware`: the one of the two that the program is built for.
+//! - `stm32g474`, `stm32h743`, each behind the feature of its name: the same of real boards.
+//! - `hardware`: the one of them that the program is built for.
+//! - `wait`: waits of real boards for their hardware, which end.
 //! - `faults`: handlers of panics and faults, for every program. They switch the drive off, print the reason, and end.
+//! - `crash`: what they keep until the program has started again.
 //! - [`stack_words`], [`stack_word_is_unused`]: what [`crate::stack_gauge`] looks at.
 
+pub mod crash;
 mod faults;
-#[cfg(not(feature = "stm32g474"))]
+#[cfg(not(feature = "silicon"))]
 pub mod mps2;
 #[cfg(feature = "stm32g474")]
 pub mod stm32g474;
+#[cfg(feature = "stm32h743")]
+pub mod stm32h743;
+#[cfg(feature = "silicon")]
+mod wait;
 
 use core::ptr;
 
 use cortex_m_rt::STACK_PAINT_VALUE;
 pub use faults::end;
-#[cfg(not(feature = "stm32g474"))]
+#[cfg(not(feature = "silicon"))]
 pub use mps2 as hardware;
 #[cfg(feature = "stm32g474")]
 pub use stm32g474 as hardware;
+#[cfg(feature = "stm32h743")]
+pub use stm32h743 as hardware;
 
 use link::ResetCause;
 
-use hardware::{Enable, Flash, Line, Vibrometer, Watchdog, Width};
+#[cfg(feature = "keep")]
+use hardware::Flash;
+use hardware::{Enable, Line, Pulses, Vibrometer, Watchdog, Width};
 
 /// Everything of the board that the program uses.
 #[derive(Debug)]
 pub struct Parts {
-    /// The pulse width.
+    /// The pulse width, and what cuts the bridge off.
     pub width: Width,
     /// The bridge's enabling pin.
     pub enable: Enable,
+    /// What starts pulses and samples, together with the timer of the ticks.
+    pub pulses: Pulses,
     /// The serial line.
     pub line: Line,
     /// The vibrometer.
     pub vibrometer: Vibrometer,
     /// The flash of the kept description, from offset 0: [`crate::store::STORE_BYTES`].
+    #[cfg(feature = "keep")]
     pub flash: Flash,
     /// The watchdog, not yet started.
     pub watchdog: Watchdog,
@@ -66,4 +80,19 @@ pub fn stack_word_is_unused(word: usize) -> bool {
     // SAFETY: the word is aligned and within the stack's memory, which exists and is only read here.
     let is_unused = || unsafe { ptr::addr_of!(_stack_end).add(word).read_volatile() } == STACK_PAINT_VALUE;
     word < stack_words() && is_unused()
+}
+
+/// The word `index` words above `address`; 0 outside of the stack's memory.
+fn word_of_stack(address: u32, index: u32) -> u32 {
+    let end = ptr::addr_of!(_stack_end);
+    let offset = (address as usize).wrapping_sub(end.addr());
+    let word = (offset / 4).saturating_add(index as usize);
+    if !offset.is_multiple_of(4) || word >= stack_words() {
+        return 0;
+    }
+    #[expect(unsafe_code, reason = "no variable owns the frame of an exception")]
+    // SAFETY: the word is aligned and within the stack's memory, which exists and is only read here.
+    unsafe {
+        end.add(word).read_volatile()
+    }
 }

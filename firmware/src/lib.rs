@@ -10,9 +10,11 @@
 //! | [`design`] | the design of the motor | the frequencies of its drive |
 //! | [`waveform`] | commands | samples of a sine with continuous phase |
 //! | [`amplifier`] | samples | a pulse width and an enabling pin (`embedded-hal`) |
+//! | [`ring`] | what a device writes into memory | the places that are new |
 //! | [`tasks`] | the timer | the two tasks that call all of the above, their deadlines and the queues between them |
 //! | [`telemetry`] | reports of ticks | entries of a log |
 //! | [`store`] | the description of the bench | the same, after a loss of power |
+//! | [`crash_record`] | a panic or a fault | the same, after the restart |
 //! | [`stack_gauge`] | words of the stack | the most bytes that it has taken |
 //!
 //! These compile for any machine, and unit tests run them on the host. Two modules are for the microcontroller only:
@@ -40,9 +42,11 @@ pub mod amplifier;
 pub mod application;
 #[cfg(target_os = "none")]
 pub mod board;
+pub mod crash_record;
 pub mod design;
 pub mod filter;
 pub mod loop_report;
+pub mod ring;
 #[cfg(target_os = "none")]
 pub mod semihosting;
 pub mod stack_gauge;

@@ -1,7 +1,7 @@
 //! The two tasks of a board, and the queues between them.
 //!
 //! ```text
-//!  timer, every 10 us --> TimerTask: a sample of the vibrometer, next sample of the drive
+//!  timer, every 10 us --> TimerTask: samples of the vibrometer, next sample of the drive
 //!                          |  ^
 //!                    Tick  |  | commands, ModeIncrements   each a queue of one producer and one consumer
 //!                          v  |
@@ -23,12 +23,15 @@
 //! deadline of tick `k` is that interrupt, and the loop task may be up to `n` ticks behind. A stop and a fault switch
 //! the drive off at the next interrupt, and take back the commands that do not act yet.
 //!
+//! An amplifier that fails is off at the interrupt that finds it, and latches in the tick of that interrupt. It is tried
+//! again when the host arms anew, or jogs: the timer task does it, before the first tick of the drive.
+//!
 //! # Priorities
 //!
 //! Two priorities need no framework: the interrupt never waits, and the tasks share only lock-free queues and a count.
 //! When the queue of ticks is full, the new tick is lost, and counted as an overrun. When the loop task stops, the
 //! watchdog is not fed, and it restarts the board with the drive off. The main loop serves the line: what a latency
-//! lets it be busy for at once has to be less than the line holds, eight bytes in four ticks on an STM32G474.
+//! lets it be busy for at once has to be less than the line holds, a kilobyte in 500 ticks on the STM32 boards.
 //!
 //! # Outside of the tasks
 //!
@@ -55,10 +58,10 @@ use embedded_hal::pwm::SetDutyCycle;
 use embedded_storage_async::nor_flash::NorFlash;
 use estimator::LdvSample;
 use heapless::spsc::{Consumer, Producer, Queue};
-use link::{BoardMessage, ResetCause, TickRecord};
+use link::{BoardMessage, ResetCause, SelfTestReport, TickRecord};
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Time};
 
-use crate::amplifier::Amplifier;
+use crate::amplifier::{Amplifier, Cutoff};
 use crate::application::{Application, MoveMemory};
 use crate::design::DesignedDrive;
 use crate::store::Store;
@@ -75,13 +78,20 @@ const TICKS_PER_REPORT: u64 = 100;
 /// Bytes that are received between two ticks at most, a megabyte a second, so that a flood cannot stop the loop.
 pub const BYTES_PER_TICK_MAX: usize = 10;
 
+/// Samples of the vibrometer in a tick, at even distances, as the simulated vibrometer has them unless a scene says
+/// otherwise.
+pub const SAMPLES_PER_TICK: usize = SelfTestReport::SAMPLES_PER_TICK as usize;
+
+const NANOS_PER_SAMPLE: u64 = PositionLoop::TICK_NANOS / SAMPLES_PER_TICK as u64;
+
 /// The analogue-to-digital converter of the vibrometer.
 pub trait Converter {
     /// Whether there is one.
     const IS_INSTALLED: bool = true;
 
-    /// The vertical velocity now; `None` without a converter, or out of its range.
-    fn velocity_m_s(&mut self) -> Option<f32>;
+    /// The vertical velocities in the tick that ends now, in m/s: the first half a tick ago, the last now. Each is
+    /// `None` without a converter, without a new sample, or out of its range.
+    fn velocities_m_s(&mut self) -> [Option<f32>; SAMPLES_PER_TICK];
 }
 
 /// A board without vibrometer: the samples come from the host.
@@ -91,8 +101,8 @@ pub struct NoConverter;
 impl Converter for NoConverter {
     const IS_INSTALLED: bool = false;
 
-    fn velocity_m_s(&mut self) -> Option<f32> {
-        None
+    fn velocities_m_s(&mut self) -> [Option<f32>; SAMPLES_PER_TICK] {
+        [None; SAMPLES_PER_TICK]
     }
 }
 
@@ -101,8 +111,19 @@ impl Converter for NoConverter {
 pub struct Tick {
     /// Interrupts so far, this one included.
     interrupt: u64,
-    velocity_m_s: Option<f32>,
+    velocities_m_s: [Option<f32>; SAMPLES_PER_TICK],
     amplifier_works: bool,
+}
+
+impl Tick {
+    /// The samples that there are, oldest first. The last of a tick is taken at its interrupt.
+    fn samples(&self) -> impl Iterator<Item = LdvSample> {
+        let begin_nanos = (self.interrupt - 1) * PositionLoop::TICK_NANOS;
+        (1..).zip(self.velocities_m_s).filter_map(move |(number, velocity_m_s)| {
+            let taken_at = Time::from_nanos(begin_nanos + number * NANOS_PER_SAMPLE);
+            Some(LdvSample { taken_at, velocity_m_s: velocity_m_s? })
+        })
+    }
 }
 
 /// A command, and the interrupt that applies it, or the next one after that has passed. It never acts if the drive is
@@ -127,6 +148,8 @@ pub struct TaskMemory {
     designs: Queue<ModeIncrements, 2>,
     /// How often the drive was switched off at once.
     switched_off: AtomicU32,
+    /// How often the host has armed the loop, or begun to jog.
+    begun: AtomicU32,
     configured: MoveMemory,
 }
 
@@ -138,6 +161,7 @@ impl TaskMemory {
             commands: Queue::new(),
             designs: Queue::new(),
             switched_off: AtomicU32::new(0),
+            begun: AtomicU32::new(0),
             configured: MoveMemory::new(),
         }
     }
@@ -146,7 +170,7 @@ impl TaskMemory {
     ///
     /// # Errors
     /// When the model refuses the nominal motor: never, unless its bounds are changed.
-    pub fn tasks<P: SetDutyCycle, E: OutputPin, C: Converter>(
+    pub fn tasks<P: SetDutyCycle + Cutoff, E: OutputPin, C: Converter>(
         &mut self,
         width: P,
         enable: E,
@@ -166,6 +190,8 @@ impl TaskMemory {
             designs: design_consumer,
             switched_off: &self.switched_off,
             switched_off_seen: 0,
+            begun: &self.begun,
+            begun_seen: 0,
         };
         let port = CommandPort {
             commands: command_producer,
@@ -179,7 +205,13 @@ impl TaskMemory {
         };
         let mut application = Application::new(port, &mut self.configured).timed();
         application.record_converter(C::IS_INSTALLED);
-        let loop_task = LoopTask { application, ticks: tick_consumer, last_interrupt: 0, just_begun: false };
+        let loop_task = LoopTask {
+            application,
+            ticks: tick_consumer,
+            last_interrupt: 0,
+            begun: &self.begun,
+            just_begun: false,
+        };
         Ok((timer_task, loop_task))
     }
 }
@@ -195,20 +227,29 @@ pub struct TimerTask<'q, P, E, C> {
     designs: Consumer<'q, ModeIncrements>,
     switched_off: &'q AtomicU32,
     switched_off_seen: u32,
+    begun: &'q AtomicU32,
+    begun_seen: u32,
 }
 
-impl<P: SetDutyCycle, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
-    /// What has to happen every 10 us, on time. The sample comes first: its instant is that of the interrupt.
+impl<P: SetDutyCycle + Cutoff, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
+    /// What has to happen every 10 us, on time. The samples come first: the instant of the last is that of the
+    /// interrupt.
     #[inline]
     pub fn interrupt(&mut self) {
-        let velocity_m_s = self.converter.velocity_m_s();
+        let velocities_m_s = self.converter.velocities_m_s();
         while let Some(modes) = self.designs.dequeue() {
             self.amplifier.set_modes(modes);
         }
         self.interrupts += 1;
+        let begun = self.begun.load(Ordering::Acquire);
+        if begun != self.begun_seen {
+            self.begun_seen = begun;
+            self.amplifier.rearm();
+        }
         self.take_commands();
         self.amplifier.sample();
-        let tick = Tick { interrupt: self.interrupts, velocity_m_s, amplifier_works: self.amplifier.works() };
+        let tick =
+            Tick { interrupt: self.interrupts, velocities_m_s, amplifier_works: self.amplifier.works() };
         // A full queue loses the tick: the loop task will find a gap in the numbers.
         let _ = self.ticks.enqueue(tick);
     }
@@ -314,6 +355,8 @@ pub struct LoopTask<'q> {
     ticks: Consumer<'q, Tick>,
     /// Number of the interrupt that made the last tick.
     last_interrupt: u64,
+    /// Only this task writes it.
+    begun: &'q AtomicU32,
     /// Whether the drive may be on since the last tick, and was off before: the loop was armed, or jogged.
     just_begun: bool,
 }
@@ -359,7 +402,10 @@ impl LoopTask<'_> {
         let was_driving = self.application.is_driving();
         self.application.receive(bytes, send);
         if !was_driving && self.application.is_driving() {
-            // Ticks that were missed before, during construction of the filter, are no overruns of the move.
+            let count = self.begun.load(Ordering::Relaxed);
+            self.begun.store(count.wrapping_add(1), Ordering::Release);
+            // Ticks that were missed before, during construction of the filter, are no overruns of the move. Nor do they
+            // tell of the amplifier that is tried again.
             while self.ticks.dequeue().is_some() {}
             self.just_begun = true;
         }
@@ -380,10 +426,7 @@ impl LoopTask<'_> {
         } else {
             self.application.record_lost_ticks(lost);
         }
-        if let Some(velocity_m_s) = tick.velocity_m_s {
-            let taken_at = Time::from_nanos(tick.interrupt * PositionLoop::TICK_NANOS);
-            self.application.push_ldv_sample(LdvSample { taken_at, velocity_m_s });
-        }
+        tick.samples().for_each(|sample| self.application.push_ldv_sample(sample));
         let report = self.application.tick();
         // The interrupt in which the command acts has not come.
         let latency_ticks = self.application.amplifier().latency_ticks();

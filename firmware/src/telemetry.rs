@@ -15,11 +15,11 @@
 //! encoding, whose texts stay in the ELF: over RTT on a real board, into a file of the host from the emulator.
 //! `host-sim pil --telemetry` decodes it.
 
-#[cfg(all(target_os = "none", not(feature = "stm32g474")))]
+#[cfg(all(target_os = "none", not(feature = "silicon")))]
 mod host_file;
 #[cfg(target_os = "none")]
 mod log;
-#[cfg(all(target_os = "none", feature = "stm32g474"))]
+#[cfg(all(target_os = "none", feature = "silicon"))]
 mod rtt;
 
 use estimator::{Estimate, Health, Innovation, Verdict};
@@ -28,11 +28,11 @@ use motor_model::DriveCommand;
 
 use crate::loop_report::{LoopPhase, LoopReport};
 
-#[cfg(all(target_os = "none", not(feature = "stm32g474")))]
+#[cfg(all(target_os = "none", not(feature = "silicon")))]
 pub use host_file::open;
 #[cfg(target_os = "none")]
-pub use log::log;
-#[cfg(all(target_os = "none", feature = "stm32g474"))]
+pub use log::{log, log_crash};
+#[cfg(all(target_os = "none", feature = "silicon"))]
 pub use rtt::open;
 
 /// Fewest ticks between two entries: ten thousand entries a second at most.
@@ -60,7 +60,7 @@ pub enum ArmingState {
     HostSilent,
     /// Latched until a stop: deadlines were missed.
     Overrun,
-    /// Latched until a stop: the amplifier failed, and stays off until a restart.
+    /// Latched until a stop: the amplifier failed, or was cut off.
     AmplifierFailed,
 }
 

@@ -12,6 +12,8 @@ use embedded_hal::pwm::{self, SetDutyCycle};
 use link::{Configuration, FRAME_BYTES_MAX, FilterKind, Header, HostMessage, encode};
 use motor_model::{DriveMode, MotorParams, Parameter};
 
+use crate::amplifier::Cutoff;
+
 /// The pins of an amplifier, as a test sees them.
 #[derive(Default)]
 pub struct Pins {
@@ -20,6 +22,25 @@ pub struct Pins {
     pub enabled: Cell<bool>,
     /// Whether every further width is refused.
     pub broken: Cell<bool>,
+    /// Whether the bridge asks to be cut off, and whether it is.
+    over_current: Cell<bool>,
+    cut: Cell<bool>,
+}
+
+impl Pins {
+    /// Begins or ends an over-current of the bridge. The hardware cuts it off at once, and leaves it so.
+    pub fn set_over_current(&self, is_over: bool) {
+        self.over_current.set(is_over);
+        if is_over {
+            self.cut.set(true);
+            self.enabled.set(false);
+        }
+    }
+
+    /// Whether the hardware has cut the bridge off.
+    pub fn is_cut(&self) -> bool {
+        self.cut.get()
+    }
 }
 
 /// Either pin.
@@ -56,6 +77,16 @@ impl SetDutyCycle for Pin<'_> {
     fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Broken> {
         self.0.widths.borrow_mut().push(duty);
         if self.0.broken.get() { Err(Broken) } else { Ok(()) }
+    }
+}
+
+impl Cutoff for Pin<'_> {
+    fn is_cut(&self) -> bool {
+        self.0.cut.get()
+    }
+
+    fn reconnect(&mut self) {
+        self.0.cut.set(self.0.over_current.get());
     }
 }
 

@@ -29,6 +29,10 @@ pub enum ResetCause {
     Software,
     /// Something else: an option byte was loaded, or a low-power mode entered that is not allowed.
     Other,
+    /// The program had found an error of its own, and ended.
+    Panic,
+    /// The processor had found one: a fault.
+    Fault,
 }
 
 /// What the board is.

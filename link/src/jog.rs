@@ -48,8 +48,8 @@ pub struct JogReport {
     pub ticks: u32,
     /// What the amplifier applied in the last of them.
     pub applied: CommandRecord,
-    /// The vibrometer meanwhile. A converter at the board has one sample a tick, and fewer when some were out of its
-    /// range.
+    /// The vibrometer meanwhile. A converter at the board has two samples a tick, and fewer when some were out of
+    /// its range.
     pub velocity: VelocitySums,
 }
 

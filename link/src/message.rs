@@ -288,9 +288,9 @@ pub enum BoardFault {
     /// A step was asked of a board whose own timer makes the ticks. The loop goes on.
     #[error("the board's own timer makes the ticks: it takes no steps")]
     Timed,
-    /// The amplifier failed while the loop was armed. Latched: [`HostMessage::Stop`] clears it, and only a restart of
-    /// the board tries the amplifier again.
-    #[error("the amplifier failed: the drive is off until the board restarts")]
+    /// The amplifier failed while the loop was armed, or its bridge was cut off by an over-current. Latched: only
+    /// [`HostMessage::Stop`] clears it, and the next arming or jog tries the amplifier again.
+    #[error("the amplifier failed, or an over-current cut it off: the drive is off until a stop")]
     AmplifierFailed,
     /// A response map is refused, or does not go with the motor. Rows that are refused leave those before them.
     #[error("response map: {0}")]

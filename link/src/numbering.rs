@@ -112,6 +112,8 @@ numbered!(ResetCause {
     3 = [Self::Watchdog],
     4 = [Self::Software],
     5 = [Self::Other],
+    6 = [Self::Panic],
+    7 = [Self::Fault],
 });
 
 numbered!(Family {

@@ -7,7 +7,8 @@ use crate::observation::{CameraAges, VelocitySums};
 /// What a board has seen of itself over [`Self::TICKS`], with the drive off. What is good is for the host to judge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SelfTestReport {
-    /// Whether no error of pulse width or enabling pin has occurred since the start.
+    /// Whether neither an error of pulse width or enabling pin nor an over-current has occurred since the last arming or
+    /// jog, or since the start.
     pub amplifier_works: bool,
     /// Whether the board has a converter for a vibrometer. Without one the samples are those of the host.
     pub has_converter: bool,
@@ -15,7 +16,7 @@ pub struct SelfTestReport {
     pub ticks: u32,
     /// Ticks that were lost, or ended after the next had begun.
     pub late_ticks: u32,
-    /// The vibrometer. A converter has one sample a tick, and fewer when some were out of its range.
+    /// The vibrometer. A converter has [`Self::SAMPLES_PER_TICK`], and fewer when some were out of its range.
     pub velocity: VelocitySums,
     /// The camera.
     pub camera: CameraAges,
@@ -29,4 +30,7 @@ impl SelfTestReport {
     /// Length of the test in ticks: 100 ms. A camera of 100 frames a second has ten, and a mean of as many samples is a
     /// hundred times as certain as one.
     pub const TICKS: u64 = 10_000;
+
+    /// Samples of a board's converter in a tick: 200,000 a second.
+    pub const SAMPLES_PER_TICK: u32 = 2;
 }

@@ -313,18 +313,30 @@ fn fault(word: &str) -> (String, bool) {
     (String::from_utf8_lossy(&output.stderr).into_owned(), output.status.success())
 }
 
-/// L7: the register, read after the handler's first store, says off, and the emulator's exit code says failure.
+/// L7: the register, read after the handler's first store, says off, and the emulator's exit code says failure. The
+/// instruction of a fault is in the flash; where the frame of an overflow would be there is no memory.
 #[test]
 fn tool_panics_and_faults_switch_the_drive_off_first() {
     for (word, reason) in [
         ("panic", "drive off; panicked at "),
-        ("undefined", "drive off; HardFault"),
-        ("overflow", "drive off; HardFault"),
+        ("undefined", "drive off; HardFault at 0x"),
+        ("overflow", "drive off; HardFault at 0x0\n"),
     ] {
         let (said, well) = fault(word);
         assert!(said.starts_with("start, drive off\ndrive on\n"), "{word}: {said}");
         assert!(said.contains(reason) && !well, "{word}: {said}");
+        let at = said.split_once("HardFault at 0x").map_or("1", |(_, at)| at.trim_end());
+        let at = u32::from_str_radix(at, 16).expect("an address");
+        assert!((word == "overflow") == (at == 0) && at < 1 << 20, "{word}: {said}");
     }
+}
+
+/// A crash is told after a restart, once.
+#[test]
+fn tool_a_crash_is_kept_over_a_restart() {
+    let (said, well) = fault("kept");
+    let kept = "kept Fault FaultRegisters { pc: 1, lr: 2, cfsr: 3, hfsr: 4, bfar: 5 } as kept\n";
+    assert!(well && said == format!("start, drive off\ndrive on\nstart, drive off\n{kept}"), "{said}");
 }
 
 /// A program that hangs with the drive on is started anew with the drive off.

@@ -9,11 +9,13 @@ firmware::only_on_the_board!("this runs on the microcontroller: firmware/qemu.sh
 mod board {
     use core::hint::black_box;
 
+    use cortex_m::peripheral::SCB;
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln};
     use embedded_hal::digital::OutputPin;
     use firmware::board::mps2::{Enable, drive_is_on};
-    use firmware::board::{Parts, end, stack_word_is_unused, stack_words};
+    use firmware::board::{Parts, crash, end, stack_word_is_unused, stack_words};
+    use firmware::crash_record::{CrashKind, CrashRecord, CrashText, FaultRegisters};
     use firmware::semihosting::HostFile;
     use firmware::stack_gauge::StackGauge;
 
@@ -21,6 +23,10 @@ mod board {
     fn main() -> ! {
         // A reset by the watchdog leads here.
         heprintln!("start, drive {}", if drive_is_on() { "on" } else { "off" });
+        if let Some(kept) = crash::take() {
+            heprintln!("kept {:?} {:?} {}", kept.kind, kept.registers, kept.text.as_str());
+            end(debug::EXIT_SUCCESS)
+        }
         let mut block = [0; 16];
         let word = HostFile::reader(c"/dev/stdin").map(|input| input.read(&mut block)).unwrap_or_default();
         let Ok(()) = Enable.set_high();
@@ -35,6 +41,15 @@ mod board {
                 let before = stack_bytes_max();
                 black_box(descend(black_box(20)));
                 heprintln!("stack {} {}", before, stack_bytes_max());
+            }
+            b"kept" => {
+                let registers = FaultRegisters { pc: 1, lr: 2, cfsr: 3, hfsr: 4, bfar: 5 };
+                crash::keep(&CrashRecord {
+                    kind: CrashKind::Fault,
+                    registers,
+                    text: CrashText::of(&"as kept"),
+                });
+                SCB::sys_reset();
             }
             b"hang" => {
                 if let Some(mut parts) = Parts::take() {

@@ -18,13 +18,13 @@ mod board {
     use cortex_m::peripheral::syst::SystClkSource;
     use cortex_m::{Peripherals, singleton};
     use cortex_m_rt::{entry, exception};
-    use firmware::board::hardware::{CLOCK_HZ, Enable, Vibrometer, Width};
-    use firmware::board::{Parts, end, stack_word_is_unused, stack_words};
+    use firmware::board::hardware::{CLOCK_HZ, Enable, Line, Pulses, Vibrometer, Width};
+    use firmware::board::{Parts, crash, end, stack_word_is_unused, stack_words};
     use firmware::stack_gauge::{StackGauge, WORDS_PER_TICK};
     #[cfg(feature = "keep")]
     use firmware::store::Store;
     use firmware::tasks::{BYTES_PER_TICK_MAX, TaskMemory, TimerTask};
-    use firmware::telemetry::{self, log};
+    use firmware::telemetry::{self, Entry, log, log_crash};
     use heapless::Deque;
     use link::FRAME_BYTES_MAX;
 
@@ -40,11 +40,13 @@ mod board {
     /// gap in the sequence.
     const OUTGOING_BYTES: usize = 2 * FRAME_BYTES_MAX;
 
-    fn start(mut timer: SYST) {
+    fn start(mut timer: SYST, pulses: Pulses) {
         timer.set_clock_source(SystClkSource::Core);
         timer.set_reload(CLOCKS_PER_TICK - 1);
         timer.clear_current();
+        // Next to each other: pulses, samples and interrupts keep the distance that they have from here on.
         timer.enable_counter();
+        pulses.start();
         timer.enable_interrupt();
     }
 
@@ -62,6 +64,19 @@ mod board {
         }
     }
 
+    /// Sends what waits, as far as the line has room.
+    fn send(outgoing: &mut Deque<u8, OUTGOING_BYTES>, line: &mut Line) {
+        loop {
+            let sent = line.write(outgoing.as_slices().0);
+            if sent == 0 {
+                return;
+            }
+            for _ in 0..sent {
+                outgoing.pop_front();
+            }
+        }
+    }
+
     #[entry]
     fn main() -> ! {
         let started = Peripherals::take().zip(Parts::take());
@@ -69,9 +84,10 @@ mod board {
         else {
             end(Err(()))
         };
-        let Parts { width, enable, mut line, vibrometer, mut watchdog, reset_cause, .. } = parts;
+        let Parts { width, enable, pulses, mut line, vibrometer, mut watchdog, reset_cause, .. } = parts;
         let Ok((timer_task, mut loop_task)) = memory.tasks(width, enable, vibrometer) else { end(Err(())) };
-        loop_task.record_reset(reset_cause);
+        let crash = crash::take();
+        loop_task.record_reset(crash.as_ref().map_or(reset_cause, |crash| crash.kind.reset_cause()));
         #[cfg(feature = "keep")]
         let mut store = Store::new(parts.flash);
         #[cfg(feature = "keep")]
@@ -81,8 +97,12 @@ mod board {
         free(|token| FIRST_TIMER_TASK.borrow(token).set(Some(timer_task)));
         let mut outgoing = Deque::<u8, OUTGOING_BYTES>::new();
         let logs = telemetry::open();
+        let crash = crash.filter(|_| logs);
+        if let Some(crash) = &crash {
+            log_crash(crash);
+        }
         watchdog.start();
-        start(core.SYST);
+        start(core.SYST, pulses);
         loop {
             let mut bytes = heapless::Vec::<u8, BYTES_PER_TICK_MAX>::new();
             while !bytes.is_full() {
@@ -105,14 +125,13 @@ mod board {
                 let entry = loop_task.telemetry(clocks_since(before));
                 if let Some((tick, entry)) = entry.filter(|_| logs) {
                     log(tick, &entry);
+                    // Again for a debugger that came later.
+                    if let (Entry::Arming(_), Some(crash)) = (&entry, &crash) {
+                        log_crash(crash);
+                    }
                 }
             }
-            while let Some(&byte) = outgoing.front() {
-                if !line.write(byte) {
-                    break;
-                }
-                outgoing.pop_front();
-            }
+            send(&mut outgoing, &mut line);
             if !ran && outgoing.is_empty() {
                 // An interrupt between the look and the wait is held back and ends the wait.
                 free(|_| {

@@ -98,8 +98,9 @@ mod board {
             match self {
                 Self::Files { output, .. } => output.write(bytes),
                 Self::Uart(line) => {
-                    for &byte in bytes {
-                        while !line.write(byte) {}
+                    let mut rest = bytes;
+                    while !rest.is_empty() {
+                        rest = rest.get(line.write(rest)..).unwrap_or_default();
                     }
                     true
                 }

@@ -1,36 +1,46 @@
-//! Handlers of panics and faults, and the end of a program. Each switches the drive off first.
+//! Handlers of panics and faults, and the end of a program. Each switches the drive off first, and keeps what there is
+//! to know until the program has started again.
 
-use core::arch::asm;
+#![expect(unsafe_code, reason = "the handler of a fault has no stack of its own")]
+
+use core::arch::naked_asm;
 use core::panic::PanicInfo;
 
-use cortex_m_rt::exception;
 use cortex_m_semihosting::{debug, heprintln};
 
-use super::hardware;
+use super::{crash, hardware};
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
     hardware::drive_off();
+    crash::keep_panic(info);
     if is_debugged() {
         heprintln!("drive {}; {}", on_or_off(), info);
     }
     end(debug::EXIT_FAILURE)
 }
 
-/// A fault of the processor. An overflow of the stack may be its cause, so the stack pointer is reset first.
-#[expect(unsafe_code, reason = "nothing that was on the stack is used again")]
-#[exception(trampoline = false)]
-unsafe fn HardFault() -> ! {
-    // SAFETY: `after_fault` does not return, and needs only a stack.
-    unsafe {
-        asm!("ldr r0, =_stack_start", "msr msp, r0", "b {handle}", handle = sym after_fault, options(noreturn))
-    }
+/// A fault of the processor. An overflow of the stack may be its cause, so the stack pointer is reset before anything is
+/// put on the stack; where it was is the argument of [`after_fault`].
+// SAFETY: the vector table expects a function of this name. It does not return, and needs no more than it sets.
+#[unsafe(naked)]
+#[unsafe(export_name = "HardFault")]
+unsafe extern "C" fn hard_fault() -> ! {
+    naked_asm!(
+        "mov r0, sp",
+        "ldr r1, =_stack_start",
+        "msr msp, r1",
+        "b {handle}",
+        handle = sym after_fault
+    )
 }
 
-extern "C" fn after_fault() -> ! {
+/// `stack` is where the processor put the frame of the exception.
+extern "C" fn after_fault(stack: u32) -> ! {
     hardware::drive_off();
+    let at = crash::keep_fault(stack);
     if is_debugged() {
-        heprintln!("drive {}; HardFault", on_or_off());
+        heprintln!("drive {}; HardFault at {:#x}", on_or_off(), at);
     }
     end(debug::EXIT_FAILURE)
 }
@@ -42,7 +52,7 @@ fn on_or_off() -> &'static str {
 
 /// Whether there is an emulator or a debugger: without one, a semihosting call would be a fault itself.
 fn is_debugged() -> bool {
-    cfg!(not(feature = "stm32g474")) || cortex_m::peripheral::DCB::is_debugger_attached()
+    cfg!(not(feature = "silicon")) || cortex_m::peripheral::DCB::is_debugger_attached()
 }
 
 /// Ends the emulation. Without emulator or debugger it waits until the watchdog restarts the board.

@@ -15,6 +15,7 @@ use link::ResetCause;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
 use super::Parts;
+use crate::amplifier::Cutoff;
 use crate::store::{SLOT_BYTES, STORE_BYTES, check_range};
 use crate::tasks::NoConverter;
 
@@ -60,8 +61,10 @@ impl Parts {
         Some(Self {
             width: Width,
             enable: Enable,
+            pulses: Pulses,
             line,
             vibrometer: NoConverter,
+            #[cfg(feature = "keep")]
             flash: Flash,
             watchdog: Watchdog,
             reset_cause: ResetCause::Unknown,
@@ -90,6 +93,16 @@ impl OutputPin for Enable {
     }
 }
 
+/// This board has neither pulses nor samples.
+#[derive(Debug)]
+pub struct Pulses;
+
+impl Pulses {
+    /// Nothing to do.
+    #[inline]
+    pub fn start(self) {}
+}
+
 /// The pulse width.
 #[derive(Debug)]
 pub struct Width;
@@ -108,6 +121,16 @@ impl SetDutyCycle for Width {
         unsafe { LATCH.write_volatile(duty.into()) }
         Ok(())
     }
+}
+
+impl Cutoff for Width {
+    /// Never: nothing of this board can cut a bridge off.
+    #[inline]
+    fn is_cut(&self) -> bool {
+        false
+    }
+
+    fn reconnect(&mut self) {}
 }
 
 /// The serial line to the host.
@@ -134,13 +157,10 @@ impl Line {
         waits.then(|| read(UART, Self::DATA) as u8)
     }
 
-    /// Writes a byte without waiting; whether there was room for it.
-    pub fn write(&mut self, byte: u8) -> bool {
-        let free = read(UART, Self::STATE) & 0b01 == 0;
-        if free {
-            write(UART, Self::DATA, byte.into());
-        }
-        free
+    /// Writes as many of `bytes` as there is room for, without waiting; how many.
+    pub fn write(&mut self, bytes: &[u8]) -> usize {
+        let is_free = |_: &&u8| read(UART, Self::STATE) & 0b01 == 0;
+        bytes.iter().take_while(is_free).inspect(|byte| write(UART, Self::DATA, u32::from(**byte))).count()
     }
 }
 

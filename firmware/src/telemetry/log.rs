@@ -12,12 +12,27 @@ use link::RatePhase;
 use motor_model::{DriveCommand, DriveMode};
 
 use super::{ArmingState, Entry};
+use crate::crash_record::{CrashKind, CrashRecord, FaultRegisters};
 use crate::loop_report::LoopPhase;
 
 /// The tick of the entry.
 static TICK: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 
 defmt::timestamp!("{=u64}", free(|token| TICK.borrow(token).get()));
+
+/// Logs a crash from which the program has started anew. Called from the task that logs.
+// Never inlined: it is called from two places.
+#[inline(never)]
+pub fn log_crash(crash: &CrashRecord) {
+    let FaultRegisters { pc, lr, cfsr, hfsr, bfar } = crash.registers;
+    match crash.kind {
+        CrashKind::Panic => error!("crash panic: {=str}", crash.text.as_str()),
+        CrashKind::Fault => error!(
+            "crash fault pc={=u32:#x} lr={=u32:#x} cfsr={=u32:#x} hfsr={=u32:#x} bfar={=u32:#x}",
+            pc, lr, cfsr, hfsr, bfar
+        ),
+    }
+}
 
 /// Logs `entry` of tick number `tick`. Called from one task only.
 // Never inlined: `host-sim size` follows every call from here.
@@ -30,7 +45,7 @@ pub fn log(tick: u64, entry: &Entry) {
         Entry::Arming(ArmingState::Armed) => info!("state armed"),
         Entry::Arming(ArmingState::HostSilent) => error!("fault host_silent: drive off until a stop"),
         Entry::Arming(ArmingState::Overrun) => error!("fault overrun: drive off until a stop"),
-        Entry::Arming(ArmingState::AmplifierFailed) => error!("fault amplifier: drive off until a restart"),
+        Entry::Arming(ArmingState::AmplifierFailed) => error!("fault amplifier: drive off until a stop"),
         Entry::Estimate(estimate) => info!(
             "estimate angle_units={=i64} rate_rad_s={=f32} angle_rad2={=f32} rate_rad2_s2={=f32} resting={=bool}",
             estimate.angle.units(),

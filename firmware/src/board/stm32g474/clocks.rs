@@ -5,7 +5,7 @@
 //!
 //! The steps are those of ST's reference manual RM0440, in its order:
 //!
-//! | step | section |
+//! | step | section or register |
 //! |---|---|
 //! | the crystal runs | 7.2.1, HSE clock |
 //! | the AHB bus at half the clock, before the core's supply is raised | 6.1.5, range 1 boost mode |
@@ -13,11 +13,12 @@
 //! | four wait states of the flash, read back | 3.3.3, read access latency |
 //! | the PLL runs, and is the clock | 7.2.4, PLL |
 //! | after 1 us the AHB bus at the whole clock | 6.1.5 |
+//! | from now on a crystal that stops cuts the bridge off, and ends the program | `RCC_CR`: `CSSON` |
 
 use stm32g4::stm32g474 as pac;
 
 use super::CLOCK_HZ;
-use super::wait::wait_until;
+use crate::board::wait::wait_until;
 
 /// Longest start of a crystal: ST's own drivers wait as long.
 const CRYSTAL_MICROS: u32 = 100_000;
@@ -52,5 +53,6 @@ pub(super) fn start(device: &pac::Peripherals) -> Option<()> {
     wait_until(SWITCH_MICROS, || rcc.cfgr().read().sws().is_pll())?;
     cortex_m::asm::delay(CLOCK_HZ / 1_000_000);
     rcc.cfgr().modify(|_, w| w.hpre().div1());
+    rcc.cr().modify(|_, w| w.csson().set_bit());
     Some(())
 }

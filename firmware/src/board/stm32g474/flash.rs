@@ -27,8 +27,8 @@ use cortex_m_semihosting::debug;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use stm32g4::stm32g474 as pac;
 
-use super::wait::wait_until;
 use crate::board::faults::end;
+use crate::board::wait::wait_until;
 use crate::store::{SLOT_BYTES, STORE_BYTES, check_range};
 
 /// Address of the flash.
@@ -189,8 +189,8 @@ impl NorFlash for Flash {
     }
 }
 
-/// The error correction of the flash has failed. In the kept description a loss of power explains it; anywhere else the
-/// program is damaged, and ends.
+/// The error correction of the flash has failed, or the crystal has stopped. In the kept description a loss of power
+/// explains the former; anywhere else the program is damaged. Otherwise the program ends.
 #[exception]
 unsafe fn NonMaskableInt() {
     // SAFETY: what follows clears two flags that nothing else looks at.

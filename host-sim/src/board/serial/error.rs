@@ -222,7 +222,7 @@ impl SerialError {
             }
             Self::Fault { fault: BoardFault::Overrun, .. } => "--filter constant_rate takes less".to_owned(),
             Self::Fault { fault: BoardFault::AmplifierFailed, .. } => {
-                "see the bridge and its supply, then restart the board".to_owned()
+                "see the bridge, its supply and its over-current output; the next run tries again".to_owned()
             }
             Self::Refused { fault: BoardFault::OutOfBounds { key }, .. } => {
                 format!("the firmware may be built without it, or {key} is out of its bounds")

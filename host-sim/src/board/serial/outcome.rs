@@ -41,6 +41,8 @@ impl From<BoardIdentity> for IdentityFigures {
             Some(ResetCause::Watchdog) => "watchdog",
             Some(ResetCause::Software) => "software",
             Some(ResetCause::Other) => "other",
+            Some(ResetCause::Panic) => "panic",
+            Some(ResetCause::Fault) => "fault",
         };
         let is_this_loop = loop_digest == LOOP_DIGEST;
         Self { loop_digest: format!("{loop_digest:016x}"), is_this_loop, reset_cause }
@@ -57,8 +59,13 @@ impl IdentityFigures {
                 self.loop_digest
             )
         });
-        let stopped = (self.reset_cause == "watchdog")
-            .then(|| "the watchdog has restarted the board: its main loop had stopped".to_owned());
+        let stopped = match self.reset_cause {
+            "watchdog" => Some("the watchdog has restarted the board: its main loop had stopped".to_owned()),
+            cause @ ("panic" | "fault") => Some(format!(
+                "the board has started anew after a {cause} of its program: its log says where (firmware/BRINGUP.md)"
+            )),
+            _ => None,
+        };
         other.into_iter().chain(stopped)
     }
 }
@@ -312,6 +319,10 @@ mod tests {
         }
         let [stopped] = &warnings(figures(LOOP_DIGEST, ResetCause::Watchdog))[..] else { panic!("one") };
         assert!(stopped.starts_with("the watchdog has restarted the board"), "{stopped}");
+        for (cause, of) in [(ResetCause::Panic, "a panic"), (ResetCause::Fault, "a fault")] {
+            let [crashed] = &warnings(figures(LOOP_DIGEST, cause))[..] else { panic!("one") };
+            assert!(crashed.starts_with(&format!("the board has started anew after {of} of")), "{crashed}");
+        }
         let [other] = &warnings(figures(LOOP_DIGEST ^ 1, ResetCause::Power))[..] else { panic!("one") };
         assert!(other.starts_with(&format!("the board's loop ({:016x}) was ", LOOP_DIGEST ^ 1)), "{other}");
     }

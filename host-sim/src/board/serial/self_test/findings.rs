@@ -2,7 +2,7 @@
 //!
 //! | finding | good when | because |
 //! |---|---|---|
-//! | amplifier | no error since the start | after one it stays off |
+//! | amplifier | no error or over-current since it was last armed | after one it stays off |
 //! | ticks | none is late or lost | an armed loop does the same work and a filter's besides |
 //! | stack | [`STACK_FREE_MIN`] are free | a tick of a loop takes about as many, and beyond the end is a fault |
 //! | vibrometer | filters that are told its noise and offset see rest | else they never do |
@@ -79,10 +79,10 @@ pub(super) fn findings(report: &SelfTestReport, instruments: &Instruments, clock
 fn amplifier(report: &SelfTestReport) -> Finding {
     let of = "amplifier";
     if report.amplifier_works {
-        Finding::good(of, "no error of pulse width or enabling pin since the start")
+        Finding::good(of, "no error of its pins and no over-current")
     } else {
-        let hint = "see the bridge and its supply, then restart the board";
-        Finding::bad(of, "it has failed, and stays off", hint)
+        let hint = "see the bridge, its supply and its over-current output; a jog tries it again";
+        Finding::bad(of, "it has failed or was cut off", hint)
     }
 }
 
@@ -115,11 +115,12 @@ fn vibrometer(report: &SelfTestReport, described: Option<&VibrometerDescription>
         let hint = "--set ldv.installed=no, or a firmware with a converter";
         return Finding::bad(of, "the board has no converter", hint);
     }
-    let beyond = report.ticks.saturating_sub(velocity.samples);
+    let all = report.ticks.saturating_mul(SelfTestReport::SAMPLES_PER_TICK);
+    let beyond = all.saturating_sub(velocity.samples);
     if beyond > 0 {
         let hint =
             "at rest the output lies within the range: see its shift, and the cable to the converter's pin";
-        let found = format!("{beyond} of {} samples at either end of the converter's range", report.ticks);
+        let found = format!("{beyond} of {all} samples at either end of the converter's range, or none");
         return Finding::bad(of, found, hint);
     }
     let (Some(mean_m_s), Some(sd_m_s)) = (velocity.mean_m_s(), velocity.sd_m_s()) else {

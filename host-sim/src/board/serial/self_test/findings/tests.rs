@@ -4,10 +4,10 @@ use link::{CameraAges, VelocitySums};
 
 use super::*;
 
-/// The vibrometer's sums of samples at `mean_m_s` plus and minus `sd_m_s`.
+/// The vibrometer's sums of a self-test's samples at `mean_m_s` plus and minus `sd_m_s`.
 fn velocity(mean_m_s: f32, sd_m_s: f32) -> VelocitySums {
     let mut sums = VelocitySums::default();
-    for _ in 0..5_000 {
+    for _ in 0..10_000 {
         sums.add(mean_m_s + sd_m_s);
         sums.add(mean_m_s - sd_m_s);
     }
@@ -59,7 +59,7 @@ fn exact_the_vibrometer_has_to_show_rest() {
     let noisy = |part: f32| math::sqrt_f32(4e-8 + part * part * limit_m_s * limit_m_s);
     assert!(failed(&with(velocity(0.0, noisy(0.99)))).is_empty());
     assert_eq!(failed(&with(velocity(0.0, noisy(1.01)))), ["vibrometer"]);
-    let one_beyond = VelocitySums { samples: 9_999, ..velocity(0.0, 2e-4) };
+    let one_beyond = VelocitySums { samples: 19_999, ..velocity(0.0, 2e-4) };
     for dead in [velocity(1e-4, 0.0), VelocitySums::default(), one_beyond] {
         assert_eq!(failed(&with(dead)), ["vibrometer"], "{dead:?}");
     }

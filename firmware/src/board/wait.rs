@@ -1,12 +1,12 @@
 //! Waits that end: before the watchdog runs, nothing else would end them.
 
-use super::CLOCK_HZ;
+use super::hardware::CLOCK_HZ;
 
 /// Cycles of the processor's clock that one look takes at least: a load, a test, a count and a branch.
 const CYCLES_PER_LOOK: u32 = 4;
 
-/// Looks until `is_so`, for `micros` at least; `None` if it never was. At 16 MHz, the clock after a reset, the time is
-/// some twenty times as long.
+/// Looks until `is_so`, for `micros` at least; `None` if it never was. At the clock after a reset the time
+/// is up to twenty times as long.
 pub(super) fn wait_until(micros: u32, is_so: impl Fn() -> bool) -> Option<()> {
     let looks = micros * (CLOCK_HZ / 1_000_000 / CYCLES_PER_LOOK);
     (0..looks).any(|_| is_so()).then_some(())

@@ -1,0 +1,83 @@
+//! The independent watchdog, with its window.
+//!
+//! | step | register of RM0433, chapter of the IWDG |
+//! |---|---|
+//! | it starts, and cannot be stopped | `IWDG_KR` |
+//! | it counts 32 kHz over four | `IWDG_PR` |
+//! | a change acts once its flag is clear | `IWDG_SR`: `RVU`, `WVU` |
+//! | fed above the window it restarts the board too; to write the window feeds | `IWDG_WINR` |
+
+use stm32h7::stm32h743v as pac;
+
+use crate::board::wait::wait_until;
+
+/// Periods of 32 kHz / 4 in 10 ms, longer than construction of a filter.
+const PERIODS: u16 = 80;
+/// The most that the register holds: half a second. A description takes two erasures of 25 ms and 440 words of 90 us,
+/// and to forget one four erasures.
+const STORING_PERIODS: u16 = 4095;
+/// The window that is always open.
+const OPEN: u16 = 4095;
+
+/// Ticks from one feed to the next: 1 ms, and a quarter less where the loop makes up for all the ticks that can wait.
+const TICKS_PER_FEED: u8 = 100;
+/// From when on it may be fed: 0.5 ms after the last time, and less by the 6 % that its clock may be fast. Ticks that
+/// come twice as fast as they should restart the board.
+const WINDOW: u16 = PERIODS - 4;
+
+/// Longest time until a change acts: ten periods of the clock.
+const CHANGE_MICROS: u32 = 1000;
+
+/// Restarts the board when it is not fed for 10 ms, or too often. It cannot be stopped.
+#[derive(Debug)]
+pub struct Watchdog {
+    device: pac::IWDG,
+    ticks: u8,
+}
+
+impl Watchdog {
+    pub(super) fn new(device: pac::IWDG) -> Self {
+        Self { device, ticks: 0 }
+    }
+
+    /// Starts it. From now on it must be fed.
+    pub fn start(&mut self) {
+        self.device.kr().write(|w| w.key().start());
+        self.device.kr().write(|w| w.key().unlock());
+        self.device.pr().write(|w| w.pr().divide_by4());
+        self.wait_for(PERIODS, WINDOW);
+    }
+
+    /// To be called once a tick.
+    #[inline]
+    pub fn feed(&mut self) {
+        self.ticks += 1;
+        if self.ticks >= TICKS_PER_FEED {
+            self.ticks = 0;
+            self.device.kr().write(|w| w.key().feed());
+        }
+    }
+
+    /// Does `work` of the store, for which the watchdog waits half a second: the flash may hold the processor.
+    pub fn while_storing<T>(&mut self, work: impl FnOnce() -> T) -> T {
+        self.wait_for(STORING_PERIODS, OPEN);
+        let done = work();
+        self.wait_for(PERIODS, WINDOW);
+        done
+    }
+
+    /// From now on it waits for so many periods of its clock, and may be fed from `window` on.
+    fn wait_for(&mut self, periods: u16, window: u16) {
+        let device = &self.device;
+        device.kr().write(|w| w.key().unlock());
+        device.winr().write(|w| w.win().set(OPEN));
+        let _ = wait_until(CHANGE_MICROS, || device.sr().read().wvu().bit_is_clear());
+        device.rlr().write(|w| w.rl().set(periods));
+        let _ = wait_until(CHANGE_MICROS, || device.sr().read().rvu().bit_is_clear());
+        device.kr().write(|w| w.key().feed());
+        device.kr().write(|w| w.key().unlock());
+        device.winr().write(|w| w.win().set(window));
+        let _ = wait_until(CHANGE_MICROS, || device.sr().read().wvu().bit_is_clear());
+        self.ticks = 0;
+    }
+}
