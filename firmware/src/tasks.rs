@@ -23,8 +23,8 @@
 //! deadline of tick `k` is that interrupt, and the loop task may be up to `n` ticks behind. A stop and a fault switch
 //! the drive off at the next interrupt, and take back the commands that do not act yet.
 //!
-//! An amplifier that fails is off at the interrupt that finds it, and latches in the tick of that interrupt. It is tried
-//! again when the host arms anew, or jogs: the timer task does it, before the first tick of the drive.
+//! An amplifier that fails is off at the interrupt that finds it, and latches in the tick of that interrupt. It is
+//! tried again when the host arms anew, or jogs: the timer task does it, before the first tick of the drive.
 //!
 //! # Priorities
 //!
@@ -404,8 +404,8 @@ impl LoopTask<'_> {
         if !was_driving && self.application.is_driving() {
             let count = self.begun.load(Ordering::Relaxed);
             self.begun.store(count.wrapping_add(1), Ordering::Release);
-            // Ticks that were missed before, during construction of the filter, are no overruns of the move. Nor do they
-            // tell of the amplifier that is tried again.
+            // Ticks that were missed before, during construction of the filter, are no overruns of the move. Nor do
+            // they tell of the amplifier that is tried again.
             while self.ticks.dequeue().is_some() {}
             self.just_begun = true;
         }

@@ -7,8 +7,8 @@ use crate::observation::{CameraAges, VelocitySums};
 /// What a board has seen of itself over [`Self::TICKS`], with the drive off. What is good is for the host to judge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SelfTestReport {
-    /// Whether neither an error of pulse width or enabling pin nor an over-current has occurred since the last arming or
-    /// jog, or since the start.
+    /// Whether neither an error of pulse width or enabling pin nor an over-current has occurred since the last arming
+    /// or jog, or since the start.
     pub amplifier_works: bool,
     /// Whether the board has a converter for a vibrometer. Without one the samples are those of the host.
     pub has_converter: bool,

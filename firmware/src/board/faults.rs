@@ -20,8 +20,8 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     end(debug::EXIT_FAILURE)
 }
 
-/// A fault of the processor. An overflow of the stack may be its cause, so the stack pointer is reset before anything is
-/// put on the stack; where it was is the argument of [`after_fault`].
+/// A fault of the processor. An overflow of the stack may be its cause, so the stack pointer is reset before anything
+/// is put on the stack; where it was is the argument of [`after_fault`].
 // SAFETY: the vector table expects a function of this name. It does not return, and needs no more than it sets.
 #[unsafe(naked)]
 #[unsafe(export_name = "HardFault")]

@@ -114,8 +114,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         1 + self.older.iter().filter(|tracked| tracked.frame.exposed_at > track.state.at).count()
     }
 
-    /// The state of a hypothesis carried through the newest `count` frames, if the newest and all but a few of the others
-    /// are within its gate.
+    /// The state of a hypothesis carried through the newest `count` frames, if the newest and all but a few of the
+    /// others are within its gate.
     #[inline(never)]
     pub(super) fn fit(
         &self,

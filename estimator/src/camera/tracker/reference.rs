@@ -17,8 +17,8 @@
 //! The trusted track is carried on until it is uncertain by three degrees: of all places one in ten is within its gate.
 //!
 //! Limits: a jump within the gate of a frame, six standard deviations, or within what kicks turn between two frames is
-//! taken for a motion. Kicks turn the rotor by some hundredths of a degree between two of 10,000 frames a second, and by
-//! two degrees or three between two of 500. So do jolts that friction ends between two of these.
+//! taken for a motion. Kicks turn the rotor by some hundredths of a degree between two of 10,000 frames a second, and
+//! by two degrees or three between two of 500. So do jolts that friction ends between two of these.
 
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 

@@ -6,7 +6,7 @@
 //! | the enabling pin is channel 2, forced to either level | `TIMx_CCMR1`: `OC2M` |
 //! | channel 3 has no pin: it triggers the converter, once a pulse | `TIMx_CCMR2`: `OC3M`, `TIMx_CR2`: `MMS2` |
 //! | cut off, both pins are low | `TIMx_CR2`: `OIS1`, `OIS2N`, `TIMx_BDTR`: `OSSI` |
-//! | a low break input cuts off; only the program reconnects | `TIMx_AF1`: `BKINE`, `TIMx_BDTR`: `BKE`, `BKP`, `BKF`, `AOE` |
+//! | a low break input cuts; the program reconnects | `TIMx_AF1`: `BKINE`, `TIMx_BDTR`: `BKE`, `BKP`, `BKF`, `AOE` |
 //! | so do a lockup of the processor and a crystal that stops | `SYSCFG_CFGR2`: `CLL`, `RCC_CR`: `CSSON` |
 //! | a halt in the debugger stops the timer and cuts off as well | `DBGMCU_APB2FZR`: `DBG_TIM1_STOP` |
 //!
@@ -62,8 +62,8 @@ pub fn drive_is_on() -> bool {
     timer.bdtr().read().moe().is_enabled() && timer.ccmr1_output().read().oc2m().is_force_active()
 }
 
-/// Pulse width and enabling pin, both low: the timer stands, and the bridge is cut off until [`Pulses::start`]. The pins
-/// become the timer's after this.
+/// Pulse width and enabling pin, both low: the timer stands, and the bridge is cut off until [`Pulses::start`]. The
+/// pins become the timer's after this.
 pub(super) fn start(timer: pac::TIM1) -> (Width, Enable, Pulses) {
     timer.arr().write(|w| w.arr().set(u32::from(PULSE) - 1));
     timer.ccr1().write(|w| w.ccr().set(u32::from(PULSE / 2)));

@@ -9,7 +9,7 @@
 //! | enabling | 21.4.9 |
 //! | one channel, whose input is held 6.5 clocks after it was let in | `ADC_SQR1`, `ADC_SMPR1` |
 //! | a conversion for every edge of timer 1's `TRGO2` | `ADC_CFGR`: `EXTSEL`, `EXTEN` |
-//! | its result is moved, for ever; a result that was not moved is overwritten | `ADC_CFGR`: `DMAEN`, `DMACFG`, `OVRMOD` |
+//! | its result is moved, for ever; one that was not moved is overwritten | `ADC_CFGR`: `DMAEN`, `DMACFG`, `OVRMOD` |
 
 use core::sync::atomic::{AtomicU16, Ordering};
 

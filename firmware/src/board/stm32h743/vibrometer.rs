@@ -4,13 +4,13 @@
 //!
 //! | step | register |
 //! |---|---|
-//! | the bus clock of 240 MHz over four, and half of that in revision V: 30 MHz | `ADC12_CCR`: `CKMODE`, `ADC_CR`: `BOOST` |
+//! | a quarter of the bus clock, half of that in revision V: 30 MHz | `ADC12_CCR`: `CKMODE`, `ADC_CR`: `BOOST` |
 //! | the regulator | `ADC_CR`: `DEEPPWD`, `ADVREGEN`, `ADC_ISR`: bit 12, `LDORDY` |
 //! | calibration of offset and linearity | `ADC_CR`: `ADCALLIN`, `ADCAL` |
 //! | enabling | `ADC_ISR`: `ADRDY`, `ADC_CR`: `ADEN` |
 //! | one channel, whose input is held 8.5 clocks after it was let in | `ADC_PCSEL`, `ADC_SQR1`, `ADC_SMPR2` |
 //! | a conversion for every edge of timer 1's `TRGO2` | `ADC_CFGR`: `EXTSEL`, `EXTEN` |
-//! | its result is moved, for ever; a result that was not moved is overwritten | `ADC_CFGR`: `DMNGT`, `OVRMOD` |
+//! | its result is moved, for ever; one that was not moved is overwritten | `ADC_CFGR`: `DMNGT`, `OVRMOD` |
 
 use core::sync::atomic::{AtomicU16, Ordering};
 

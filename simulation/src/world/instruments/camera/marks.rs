@@ -35,8 +35,9 @@
 //! What residuals cannot tell:
 //!
 //! - Two marks have one degree of freedom, their distance. A mark that is false round the axis keeps it, and turns the
-//!   angle by half its error. It also shifts the pattern by half its error: with no play pictures are refused from twice
-//!   the tolerance and some noise on, 0.09 degrees of angle for the default camera, and with play from so much more on. Of two marks that disagree none is known to be right: the picture is refused.
+//!   angle by half its error. It also shifts the pattern by half its error: with no play pictures are refused from
+//!   twice the tolerance and some noise on, 0.09 degrees of angle for the default camera, and with play from so much
+//!   more on. Of two marks that disagree none is known to be right: the picture is refused.
 //! - Two opposite marks that are exchanged are a turn by 180 degrees.
 //! - A tilt shortens the picture. With three marks or more the angle stays right; two opposite marks show up to
 //!   `eta^2 / 4` of it as an angle, 14 milli-degrees at 31 mrad.

@@ -207,8 +207,8 @@ fn exact_a_stuck_mark_is_left_out_once_the_rotor_has_turned() {
 }
 
 /// Two neighbours taken for each other: of four marks or more the other ones agree, and are right. Of four the two that
-/// are exchanged agree as well, but about a centre far from the pin. Of three it cannot be told which are right, and the
-/// picture is refused. Of two it is half a turn.
+/// are exchanged agree as well, but about a centre far from the pin. Of three it cannot be told which are right, and
+/// the picture is refused. Of two it is half a turn.
 #[test]
 fn exact_exchanged_marks_are_left_out_or_refused() {
     for count in 2..=16_u8 {
