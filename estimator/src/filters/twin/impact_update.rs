@@ -28,7 +28,7 @@ use ud_filter::WhitenedMeasurement;
 use super::association::{Association, PairHypothesis};
 use super::measured_impact::{ExplainedImpact, MeasuredImpact, UnassociatedImpact, Uncertain};
 use super::modes_at::ModesAt;
-use super::states::{Errors, HEIGHT, INSTANT, JUMP, MASS_RATIO, Row, TOOTH_ANGLE, TOOTH_VELOCITY, set_entry};
+use super::states::{Errors, HEIGHT, INSTANT, JUMP, MASS_RATIO, Row, TOOTH_ANGLE, set_entry};
 use super::stator::StatorFilter;
 use super::tooth::{Tooth, by_amplitude, by_angle};
 use super::tuning::TwinTuning;
@@ -112,11 +112,8 @@ impl<T: Real> StatorFilter<T> {
         set_entry(&mut row, INSTANT, tooth.lever.dot(&modes.acceleration_m_s2));
         set_entry(&mut row, tooth.amplitude_state, tooth.lever.dot(&modes.velocity_m_s));
         set_entry(&mut row, TOOTH_ANGLE, by_angle(&tooth.lever).dot(&modes.velocity_m_s));
-        self.covariance.follow(&row, beside_m_s * beside_m_s);
-        Uncertain {
-            value: tooth.lever.dot(&modes.velocity_m_s),
-            variance: self.covariance.variance::<TOOTH_VELOCITY>(),
-        }
+        let variance = self.covariance.follow(&row, beside_m_s * beside_m_s);
+        Uncertain { value: tooth.lever.dot(&modes.velocity_m_s), variance }
     }
 
     /// The transition of stator and height at an impact `back_s` before the end of the period.
