@@ -45,11 +45,9 @@ impl<T: Real> StatorFilter<T> {
         tuning: &TwinTuning<T>,
     ) -> Result<ExplainedImpact<T>, UnassociatedImpact<T>> {
         let contact = &tuning.contact;
-        self.predict_covariance();
-        self.at_rest = false;
-        self.covariance.replace_state(JUMP, impact.jump_m2_s2);
         let instant_s2 = impact.within_s * impact.within_s * T::from_f64(1.0 / 12.0);
-        self.covariance.replace_state(INSTANT, self.told.instant_s2(instant_s2));
+        self.predict_to_impact(self.told.instant_s2(instant_s2), impact.jump_m2_s2);
+        self.at_rest = false;
         let mut hypotheses = [PairHypothesis::of(0), PairHypothesis::of(1)];
         let Association { pair, second_order, next_errors, innovation, misfit } =
             self.associate(impact, &mut hypotheses, contact)?;
