@@ -111,13 +111,10 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         for (j, (column, &weight)) in self.unit.iter().zip(&self.weights).enumerate() {
             let Some((lead, last)) = SparseRow::<T, FIRST, LEAD, LAST>::of(column) else { continue };
             let mut sums = [T::zero(); M];
-            if let Some(free) = Self::free_place::<FREE, FIRST, LEAD>(j) {
-                sums = rows.map(|row| row.lead.get(free).copied().unwrap_or_default());
-            } else {
-                for (i, &u) in lead.iter().enumerate().take(LEAD - FREE) {
-                    for (sum, row) in sums.iter_mut().zip(&rows) {
-                        *sum += u * row.lead.get(i).copied().unwrap_or_default();
-                    }
+            // In the columns of the free states these are zeros.
+            for (i, &u) in lead.iter().enumerate().take(LEAD - FREE) {
+                for (sum, row) in sums.iter_mut().zip(&rows) {
+                    *sum += u * row.lead.get(i).copied().unwrap_or_default();
                 }
             }
             if j + LAST >= N {
@@ -127,24 +124,19 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
                     }
                 }
             }
-            for (m, (products, &one)) in products.iter_mut().zip(&sums).enumerate() {
-                let share = weight * one;
-                for (product, &other) in products.iter_mut().zip(&sums).skip(m) {
-                    *product += share * other;
-                }
-            }
+            add_products(weight, &sums, &mut products);
             for (to, sum) in whitened.iter_mut().filter_map(|f| f.get_mut(j)).zip(sums) {
                 *to = sum;
             }
         }
+        for i in LEAD - FREE..LEAD {
+            let entries = rows.map(|row| row.lead.get(i).copied().unwrap_or_default());
+            add_products(self.weights.get(FIRST + i).copied().unwrap_or_default(), &entries, &mut products);
+            for (to, entry) in whitened.iter_mut().filter_map(|f| f.get_mut(FIRST + i)).zip(entries) {
+                *to = entry;
+            }
+        }
         products
-    }
-
-    /// The place within the lead of state `j`, if that is one of its last `FREE`.
-    #[inline]
-    fn free_place<const FREE: usize, const FIRST: usize, const LEAD: usize>(j: usize) -> Option<usize> {
-        let end = FIRST + LEAD;
-        (j < end && j + FREE >= end).then(|| j - FIRST)
     }
 
     /// `U y` within the support: from independent errors `y` to those of the states. `FREE` is that of
@@ -157,12 +149,12 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         let mut x = SparseRow::zeros();
         for (j, (column, y)) in self.unit.iter().zip(y).enumerate() {
             let Some((lead, last)) = SparseRow::<T, FIRST, LEAD, LAST>::of(column) else { continue };
-            if let Some(free) = Self::free_place::<FREE, FIRST, LEAD>(j) {
-                x.lead.iter_mut().skip(free).take(1).for_each(|x| *x = y);
-                continue;
-            }
-            for (x, &u) in x.lead.iter_mut().zip(lead).take(LEAD - FREE) {
+            let (dependent, free) = x.lead.split_at_mut(LEAD - FREE);
+            for (x, &u) in dependent.iter_mut().zip(lead) {
                 *x += u * y;
+            }
+            if let Some(x) = free.get_mut(j.wrapping_sub(FIRST + LEAD - FREE)) {
+                *x = y;
             }
             if j + LAST >= N {
                 for (x, &u) in x.last.iter_mut().zip(last) {
@@ -243,9 +235,11 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
             // With the covariance before each measurement. In the columns before the diagonal both are zero, and so is
             // U; on it, its one stays.
             let (mut b, mut c) = ([T::zero(); 4], [T::zero(); 4]);
-            let (columns, slopes) = (self.unit.get_mut(4 * block..), slopes.get(4 * block..));
-            for (column, &[first, second]) in columns.into_iter().flatten().zip(slopes.into_iter().flatten())
-            {
+            let (Some(columns), Some(slopes)) = (self.unit.get_mut(4 * block..), slopes.get(4 * block..))
+            else {
+                return;
+            };
+            for (column, &[first, second]) in columns.iter_mut().zip(slopes) {
                 let Some(us) = column.as_chunks_mut::<4>().0.get_mut(block) else { continue };
                 for (u, (b, c)) in us.iter_mut().zip(b.iter_mut().zip(&mut c)) {
                     let once = *u - first.slope * *b;
@@ -257,6 +251,17 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
             for (error, (b, c)) in errors.iter_mut().zip(b.into_iter().zip(c)) {
                 *error = b * by_first + c * by_second;
             }
+        }
+    }
+}
+
+/// Adds the products of the sums, times a weight, to the upper triangle.
+#[inline]
+fn add_products<T: Real, const M: usize>(weight: T, sums: &[T; M], products: &mut [[T; M]; M]) {
+    for (m, (products, &one)) in products.iter_mut().zip(sums).enumerate() {
+        let share = weight * one;
+        for (product, &other) in products.iter_mut().zip(sums).skip(m) {
+            *product += share * other;
         }
     }
 }
