@@ -350,9 +350,11 @@ mod tests {
             let close = |x: f64, y: f64| (x - y).abs() < 1e-12 * (1.0 + a + c);
             prop_assert!(close(a, d) && close(b, e) && close(c, f));
             prop_assert!(all.iter().flatten().zip(some.iter().flatten()).all(|(&x, &y)| close(x, y)));
-            let (x, y): (Row, Row) =
-                (factors.coloured::<0, 1, 3, 2>(all[0].into_iter()), factors.coloured::<2, 1, 3, 2>(all[0].into_iter()));
-            prop_assert!(x.lead.iter().chain(&x.last).zip(y.lead.iter().chain(&y.last)).all(|(&x, &y)| close(x, y)));
+            let [f, _] = all;
+            let x: Row = factors.coloured::<0, 1, 3, 2>(f.into_iter());
+            let y: Row = factors.coloured::<2, 1, 3, 2>(f.into_iter());
+            let entries = x.lead.iter().chain(&x.last).zip(y.lead.iter().chain(&y.last));
+            prop_assert!(entries.into_iter().all(|(&x, &y)| close(x, y)));
         }
 
         /// Two measurements at once against one after the other.

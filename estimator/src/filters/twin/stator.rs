@@ -35,9 +35,9 @@ use crate::innovation::ContactInnovation;
 /// drive, but impacts in modes B and C leave some micrometres in it.
 const LEAST_AMPLITUDE_M: f64 = 2e-6;
 
-/// Bounds of [`StatorFilter::is_sound_after`], far beyond what any drive does: square of a mode's amplitude (1 mm), height,
-/// root of the sum of the squares of the parameters as parts, and in SI units the variances of gap and approach, and of
-/// all states.
+/// Bounds of [`StatorFilter::is_sound_after`], far beyond what any drive does: square of a mode's amplitude (1 mm),
+/// height, root of the sum of the squares of the parameters as parts, and in SI units the variances of gap and
+/// approach, and of all states.
 const AMPLITUDE_MAX_M2: f64 = 1e-6;
 const HEIGHT_MAX_M: f64 = 1.0;
 const PARAMETER_MAX: f64 = 0.9;
