@@ -66,8 +66,14 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         self.predict(&Dense(*map), &[])
     }
 
-    /// `P <- F P F'` where F is block diagonal in the first `L` states and 1 in the others.
-    pub fn carry_first<const L: usize, const B: usize>(&mut self, blocks: &Blocks2<T, B>) {
+    /// `P <- F P F' + sum c a a'` where F is block diagonal in the first `L` states and 1 in the others, and the noise
+    /// acts on the first alone.
+    #[inline]
+    pub fn carry_first<const L: usize, const B: usize, const M: usize>(
+        &mut self,
+        blocks: &Blocks2<T, B>,
+        noise: &[NoiseSource<T, L>; M],
+    ) {
         let mut first = UdCovariance::<T, L> { unit: [[T::zero(); L]; L], weights: [T::zero(); L] };
         for (to, from) in first.unit.iter_mut().zip(&self.unit) {
             for (to, &from) in to.iter_mut().zip(from) {
@@ -78,6 +84,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
             *to = from;
         }
         blocks.carry_factors(&mut first);
+        first.add_noise(noise);
         for (to, from) in self.unit.iter_mut().zip(&first.unit) {
             for (to, &from) in to.iter_mut().zip(from) {
                 *to = from;

@@ -141,15 +141,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
 
     /// The sum of all variances, the trace of P.
     pub fn trace(&self) -> T {
-        let mut sum = T::zero();
-        for (j, (column, &weight)) in self.unit.iter().zip(&self.weights).enumerate() {
-            // Four at a time, the zeros below the diagonal among them.
-            let (fours, rest) = column.as_chunks::<4>();
-            let whole = fours.iter().take(j / 4 + 1);
-            let squares = whole.fold(T::zero(), |sum, &[a, b, c, d]| sum + (a * a + b * b) + (c * c + d * d));
-            sum += weight * rest.iter().fold(squares, |sum, &u| sum + u * u);
-        }
-        sum
+        self.variances().sum()
     }
 
     /// The variance of state `I`.

@@ -92,18 +92,6 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         }
     }
 
-    /// `P_kk <- P_kk + variance` for each state `k`: [`Self::add_noise`] of sources that act on one state each. A state
-    /// that does not exist takes none.
-    #[inline]
-    pub fn add_state_noise<const M: usize>(&mut self, noise: &[(usize, T); M]) {
-        let mut arriving = [SourceSweep { gain: [T::zero(); N], left: VarianceLeft::all_of(T::zero()) }; M];
-        for (source, &(state, variance)) in arriving.iter_mut().zip(noise) {
-            source.left = VarianceLeft::all_of(not_negative(variance));
-            source.gain.iter_mut().skip(state).take(1).for_each(|entry| *entry = T::one());
-        }
-        for_columns!(down from N, |j| self.add_to_column(j, &mut arriving));
-    }
-
     #[inline]
     fn add_column_by_column<const M: usize>(&mut self, sources: &[NoiseSource<T, N>; M]) {
         let mut arriving = sources.map(SourceSweep::new);
@@ -258,21 +246,6 @@ mod tests {
 
     use super::*;
     use crate::Dense;
-
-    /// Noise on single states adds to their variances alone, whatever the order in which they are named; a state that
-    /// does not exist takes none, and a negative variance adds nothing.
-    #[test]
-    fn exact_state_noise_adds_to_the_diagonal() {
-        let root = SMatrix::<f64, 14, 14>::from_fn(|i, j| ((3 * i + 5 * j) as f64).sin());
-        let before = root * root.transpose() + SMatrix::identity() * 0.1;
-        let mut p = UdCovariance::from_covariance(&before).unwrap();
-        p.add_state_noise(&[(13, 0.5), (2, 3.0), (0, 0.25), (7, -1.0), (14, 9.0)]);
-        let mut expected = before;
-        for (state, variance) in [(13, 0.5), (2, 3.0), (0, 0.25)] {
-            expected[(state, state)] += variance;
-        }
-        assert!((p.covariance() - expected).abs().max() < 1e-12 * expected.abs().max());
-    }
 
     /// A transition that forgets nearly all of a state leaves a column of U that is as large as its weight is small.
     /// The noise that follows has the covariance of the two sums, by matrices: 1 part in 10^12 of the largest entries.

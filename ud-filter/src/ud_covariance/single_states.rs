@@ -38,17 +38,24 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// Replaces state `k` by an independent one of `variance`. The other states keep their covariance.
     #[inline(never)]
     pub fn replace_state(&mut self, k: usize, variance: T) {
-        let mut left = NoiseSource { gain: SVector::<T, N>::zeros(), variance: T::zero() };
+        let left = self.take_state::<N>(k, variance);
+        self.add_noise(&[left]);
+    }
+
+    /// The same without what state `k` alone explained of the states before it: returned is what is to be added to the
+    /// first `L` of these as noise.
+    pub fn take_state<const L: usize>(&mut self, k: usize, variance: T) -> NoiseSource<T, L> {
+        let mut left = NoiseSource { gain: SVector::<T, L>::zeros(), variance: T::zero() };
         if let (Some(column), Some(weight)) = (self.unit.get_mut(k), self.weights.get_mut(k)) {
-            for (gain, entry) in left.gain.as_mut_slice().iter_mut().zip(column).take(k) {
-                *gain = core::mem::take(entry);
-            }
+            let mut entries = column.iter_mut().take(k);
+            left.gain.iter_mut().zip(&mut entries).for_each(|(gain, entry)| *gain = core::mem::take(entry));
+            entries.for_each(|entry| *entry = T::zero());
             left.variance = core::mem::replace(weight, variance);
         }
         for entry in self.unit.iter_mut().skip(k + 1).filter_map(|column| column.get_mut(k)) {
             *entry = T::zero();
         }
-        self.add_noise(&[left]);
+        left
     }
 
     /// The covariance of the last `M` states.
@@ -179,8 +186,28 @@ mod tests {
             let block = Matrix2::new(0.9, effect[0], -effect[1], 1.1);
             map.fixed_view_mut::<2, 2>(0, 0).copy_from(&block);
             map.fixed_view_mut::<2, 2>(2, 2).copy_from(&block.transpose());
-            ud.carry_first::<4, 2>(&Blocks2([block, block.transpose()]));
-            prop_assert!(close(&ud.covariance(), &(map * p * map.transpose())));
+            let gain = SVector::<f64, 4>::from_column_slice(&effect.as_slice()[..4]);
+            let noise = NoiseSource { gain, variance: 0.3 };
+            ud.carry_first(&Blocks2([block, block.transpose()]), &[noise]);
+            let mut expected = map * p * map.transpose();
+            let mut corner = expected.fixed_view_mut::<4, 4>(0, 0);
+            corner += gain * gain.transpose() * 0.3;
+            prop_assert!(close(&ud.covariance(), &expected));
+
+            // The last two states, taken from the first three, which get what is left of them.
+            let (mut map, mut ud) = (Dense::identity(), factors);
+            let left = [5, 4].map(|state| {
+                (map[(state, state)], map[(3, 3)]) = (0.0, 0.0);
+                ud.take_state::<3>(state, 0.7)
+            });
+            let mut first = ud;
+            first.replace_state(3, 0.7);
+            for NoiseSource { gain, variance } in left {
+                let gain = SVector::from_fn(|i, _| gain.as_slice().get(i).copied().unwrap_or_default());
+                first.add_rank_one(&gain, variance);
+            }
+            let expected = map * p * map + (Dense::identity() - map) * 0.7;
+            prop_assert!(close(&first.covariance(), &expected));
         }
     }
 }

@@ -15,7 +15,7 @@
 use nalgebra::SVector;
 
 use super::UdCovariance;
-use crate::real::{Real, is_finite, reciprocal};
+use crate::real::{Real, is_finite};
 
 /// A row, or a vector of errors, whose support is `LEAD` states from `FIRST` on and the last `LAST` states.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +51,7 @@ impl<T: Real, const FIRST: usize, const LEAD: usize, const LAST: usize> SparseRo
 pub struct WhitenedMeasurement<'a, T, const N: usize> {
     /// `U' h`, of [`UdCovariance::whiten`].
     pub row: &'a [T; N],
-    /// Its variance, positive.
+    /// Its variance, positive, and not too small for its reciprocal.
     pub noise: T,
     /// The measurement less its prediction.
     pub innovation: T,
@@ -74,36 +74,45 @@ struct MeasurementSweep<T> {
 
 impl<T: Real> MeasurementSweep<T> {
     fn new(noise: T) -> Self {
-        Self { sum: noise, per_sum: reciprocal(noise).unwrap_or_default() }
+        Self { sum: noise, per_sum: T::one() / noise }
     }
 
-    /// Passes a column whose entry is `f`; `weight` is D before, and afterwards.
+    /// Passes a column whose entry is `f`; `weight` is D before, and afterwards. No sum is less than the noise, and so
+    /// none is too small for its reciprocal if that is not.
     #[inline]
     fn pass(&mut self, f: T, weight: &mut T) -> Slope<T> {
         let (slope, pull) = (f * self.per_sum, *weight * f);
         let before = self.sum;
         self.sum += f * pull;
-        if let Some(per_sum) = reciprocal(self.sum) {
-            *weight *= before * per_sum;
-            self.per_sum = per_sum;
-        }
+        self.per_sum = T::one() / self.sum;
+        *weight *= before * self.per_sum;
         Slope { slope, pull }
     }
 }
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
-    /// Sets `whitened` to `f = U' row` of each row. The covariance of `row . x` and `other . x` is the sum of
-    /// `D f f_other`.
+    /// Sets `whitened` to `f = U' row` of each row, and returns the covariance of the products `row . x`, its upper
+    /// triangle alone.
+    ///
+    /// The last `FREE` states of the lead must be independent of all others: their rows and columns of U are not read.
     #[inline]
-    pub fn whiten<const FIRST: usize, const LEAD: usize, const LAST: usize, const M: usize>(
+    pub fn whiten<
+        const FREE: usize,
+        const FIRST: usize,
+        const LEAD: usize,
+        const LAST: usize,
+        const M: usize,
+    >(
         &self,
         rows: [&SparseRow<T, FIRST, LEAD, LAST>; M],
         whitened: &mut [[T; N]; M],
-    ) {
-        for (j, column) in self.unit.iter().enumerate() {
+    ) -> [[T; M]; M] {
+        let mut products = [[T::zero(); M]; M];
+        for (j, (column, &weight)) in self.unit.iter().zip(&self.weights).enumerate() {
             let Some((lead, last)) = SparseRow::<T, FIRST, LEAD, LAST>::of(column) else { continue };
             let mut sums = [T::zero(); M];
-            for (i, &u) in lead.iter().enumerate() {
+            // In the columns of the free states these are zeros.
+            for (i, &u) in lead.iter().enumerate().take(LEAD - FREE) {
                 for (sum, row) in sums.iter_mut().zip(&rows) {
                     *sum += u * row.lead.get(i).copied().unwrap_or_default();
                 }
@@ -115,23 +124,37 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
                     }
                 }
             }
+            add_products(weight, &sums, &mut products);
             for (to, sum) in whitened.iter_mut().filter_map(|f| f.get_mut(j)).zip(sums) {
                 *to = sum;
             }
         }
+        for i in LEAD - FREE..LEAD {
+            let entries = rows.map(|row| row.lead.get(i).copied().unwrap_or_default());
+            add_products(self.weights.get(FIRST + i).copied().unwrap_or_default(), &entries, &mut products);
+            for (to, entry) in whitened.iter_mut().filter_map(|f| f.get_mut(FIRST + i)).zip(entries) {
+                *to = entry;
+            }
+        }
+        products
     }
 
-    /// `U y` within the support: from independent errors `y` to those of the states.
+    /// `U y` within the support: from independent errors `y` to those of the states. `FREE` is that of
+    /// [`Self::whiten`].
     #[inline]
-    pub fn coloured<const FIRST: usize, const LEAD: usize, const LAST: usize>(
+    pub fn coloured<const FREE: usize, const FIRST: usize, const LEAD: usize, const LAST: usize>(
         &self,
-        y: &[T; N],
+        y: impl Iterator<Item = T>,
     ) -> SparseRow<T, FIRST, LEAD, LAST> {
         let mut x = SparseRow::zeros();
-        for (j, (column, &y)) in self.unit.iter().zip(y).enumerate() {
+        for (j, (column, y)) in self.unit.iter().zip(y).enumerate() {
             let Some((lead, last)) = SparseRow::<T, FIRST, LEAD, LAST>::of(column) else { continue };
-            for (x, &u) in x.lead.iter_mut().zip(lead) {
+            let (dependent, free) = x.lead.split_at_mut(LEAD - FREE);
+            for (x, &u) in dependent.iter_mut().zip(lead) {
                 *x += u * y;
+            }
+            if let Some(x) = free.get_mut(j.wrapping_sub(FIRST + LEAD - FREE)) {
+                *x = y;
             }
             if j + LAST >= N {
                 for (x, &u) in x.last.iter_mut().zip(last) {
@@ -142,16 +165,17 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         x
     }
 
-    /// Replaces the first state by `row . x` of the others and an independent error of `variance`.
+    /// Replaces the first state by `row . x` of the others and an independent error of `variance`; returns its own
+    /// variance.
     #[inline]
     pub fn follow<const FIRST: usize, const LEAD: usize, const LAST: usize>(
         &mut self,
         row: &SparseRow<T, FIRST, LEAD, LAST>,
         variance: T,
-    ) {
+    ) -> T {
         const { assert!(FIRST > 0, "the support excludes the first state") };
         let mut whitened = [[T::zero(); N]];
-        self.whiten([row], &mut whitened);
+        let [[of_row]] = self.whiten::<0, FIRST, LEAD, LAST, 1>([row], &mut whitened);
         let [f] = whitened;
         let others = self.unit.get_mut(1..).unwrap_or_default();
         for (column, &f) in others.iter_mut().zip(f.get(1..).unwrap_or_default()) {
@@ -162,6 +186,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         if let Some(weight) = self.weights.first_mut() {
             *weight = variance;
         }
+        of_row + variance
     }
 
     /// Updates by two measurements, one after the other, in one sweep. Rows and innovations of both are those before
@@ -187,35 +212,56 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         let by_second = remaining * two.per_sum;
         let squared = first.innovation * by_first + remaining * by_second;
         // Written so that NaN is refused too.
-        if !(first.noise > T::zero() && second.noise > T::zero() && is_finite(squared + one.sum + two.sum)) {
+        let usable = |noise: T| noise > T::zero() && is_finite(T::one() / noise);
+        if !(usable(first.noise) && usable(second.noise) && is_finite(squared + one.sum + two.sum)) {
             return errors;
         }
         self.weights = weights;
-        let (mut b, mut c) = ([T::zero(); N], [T::zero(); N]);
-        self.sweep_pair(&slopes, &mut b, &mut c);
-        for (error, (b, c)) in errors.iter_mut().zip(b.into_iter().zip(c)) {
-            *error = b * by_first + c * by_second;
-        }
+        self.sweep_pair(&slopes, [by_first, by_second], &mut errors);
         errors
     }
 
-    /// U after two measurements of these slopes. Adds to `b` and `c`, which are zero, `P h` of each, with the
-    /// covariance before that measurement.
+    /// U after two measurements of these slopes, and the `errors` by their weighted innovations. No row of U asks for
+    /// another, so that four at a time pass through the columns with their `P h` of both measurements in registers.
     #[inline]
-    fn sweep_pair(&mut self, slopes: &[[Slope<T>; 2]; N], b: &mut [T; N], c: &mut [T; N]) {
-        const { assert!(N.is_multiple_of(4), "columns of four at a time") };
-        for (j, (column, &[first, second])) in self.unit.iter_mut().zip(slopes).enumerate() {
-            let fours = column.as_chunks_mut::<4>().0.iter_mut();
-            let sums = b.as_chunks_mut::<4>().0.iter_mut().zip(c.as_chunks_mut::<4>().0);
-            // On the diagonal, whose one stays, b and c are still zero, and so are they and U below it.
-            for (us, (bs, cs)) in fours.zip(sums).take(j / 4 + 1) {
-                for (u, (b, c)) in us.iter_mut().zip(bs.iter_mut().zip(cs)) {
+    fn sweep_pair(
+        &mut self,
+        slopes: &[[Slope<T>; 2]; N],
+        [by_first, by_second]: [T; 2],
+        errors: &mut SVector<T, N>,
+    ) {
+        const { assert!(N.is_multiple_of(4), "rows of four at a time") };
+        for (block, errors) in errors.as_mut_slice().as_chunks_mut::<4>().0.iter_mut().enumerate() {
+            // With the covariance before each measurement. In the columns before the diagonal both are zero, and so is
+            // U; on it, its one stays.
+            let (mut b, mut c) = ([T::zero(); 4], [T::zero(); 4]);
+            let (Some(columns), Some(slopes)) = (self.unit.get_mut(4 * block..), slopes.get(4 * block..))
+            else {
+                return;
+            };
+            for (column, &[first, second]) in columns.iter_mut().zip(slopes) {
+                let Some(us) = column.as_chunks_mut::<4>().0.get_mut(block) else { continue };
+                for (u, (b, c)) in us.iter_mut().zip(b.iter_mut().zip(&mut c)) {
                     let once = *u - first.slope * *b;
                     *b += first.pull * *u;
                     *u = once - second.slope * *c;
                     *c += second.pull * once;
                 }
             }
+            for (error, (b, c)) in errors.iter_mut().zip(b.into_iter().zip(c)) {
+                *error = b * by_first + c * by_second;
+            }
+        }
+    }
+}
+
+/// Adds the products of the sums, times a weight, to the upper triangle.
+#[inline]
+fn add_products<T: Real, const M: usize>(weight: T, sums: &[T; M], products: &mut [[T; M]; M]) {
+    for (m, (products, &one)) in products.iter_mut().zip(sums).enumerate() {
+        let share = weight * one;
+        for (product, &other) in products.iter_mut().zip(sums).skip(m) {
+            *product += share * other;
         }
     }
 }
@@ -261,16 +307,14 @@ mod tests {
             let (p, factors) = pair(&numbers);
             let (row, full) = row(entries);
             let mut whitened = [[0.0; 8]];
-            factors.whiten([&row], &mut whitened);
+            let [[variance]] = factors.whiten::<0, 1, 3, 2, 1>([&row], &mut whitened);
             let [f] = whitened;
+            prop_assert!((variance - full.dot(&(p * full))).abs() < 1e-9 * (1.0 + p.abs().max()));
             let expected = factors.unit_factor().transpose() * full;
             prop_assert!((SVector::from(f) - expected).abs().max() < 1e-12 * (1.0 + expected.abs().max()));
 
-            let mut y = f;
-            for (y, d) in y.iter_mut().zip(factors.weights().iter()) {
-                *y *= d;
-            }
-            let errors: Row = factors.coloured(&y);
+            let y = f.into_iter().zip(factors.weights).map(|(f, d)| d * f);
+            let errors: Row = factors.coloured::<0, 1, 3, 2>(y);
             let column = p * full;
             let expected = [column[1], column[2], column[3], column[6], column[7]];
             for (x, e) in errors.lead.iter().chain(&errors.last).zip(expected) {
@@ -282,10 +326,35 @@ mod tests {
             for i in 0..8 {
                 map[(0, i)] = full[i];
             }
-            ud.follow(&row, 0.3);
+            let variance = ud.follow(&row, 0.3);
             let mut expected = map * p * map.transpose();
             expected[(0, 0)] += 0.3;
             prop_assert!(close(&ud.covariance(), &expected));
+            prop_assert!((variance - expected[(0, 0)]).abs() < 1e-9 * (1.0 + p.abs().max()));
+        }
+
+        /// States that are independent of the others need not be multiplied.
+        #[test]
+        fn dual_products_leave_independent_states_out(
+            numbers in proptest::collection::vec(-2.0..2.0_f64, 64),
+            one in proptest::array::uniform5(-2.0..2.0_f64), other in proptest::array::uniform5(-2.0..2.0_f64),
+        ) {
+            let (_, mut factors) = pair(&numbers);
+            for state in [3, 2] {
+                factors.replace_state(state, 0.7);
+            }
+            let ((one, _), (other, _)) = (row(one), row(other));
+            let (mut all, mut some) = ([[0.0; 8]; 2], [[0.0; 8]; 2]);
+            let [[a, b], [_, c]] = factors.whiten::<0, 1, 3, 2, 2>([&one, &other], &mut all);
+            let [[d, e], [_, f]] = factors.whiten::<2, 1, 3, 2, 2>([&one, &other], &mut some);
+            let close = |x: f64, y: f64| (x - y).abs() < 1e-12 * (1.0 + a + c);
+            prop_assert!(close(a, d) && close(b, e) && close(c, f));
+            prop_assert!(all.iter().flatten().zip(some.iter().flatten()).all(|(&x, &y)| close(x, y)));
+            let [f, _] = all;
+            let x: Row = factors.coloured::<0, 1, 3, 2>(f.into_iter());
+            let y: Row = factors.coloured::<2, 1, 3, 2>(f.into_iter());
+            let entries = x.lead.iter().chain(&x.last).zip(y.lead.iter().chain(&y.last));
+            prop_assert!(entries.into_iter().all(|(&x, &y)| close(x, y)));
         }
 
         /// Two measurements at once against one after the other.
@@ -298,7 +367,7 @@ mod tests {
             let (_, factors) = pair(&numbers);
             let ((first, first_full), (second, second_full)) = (row(one), row(other));
             let mut whitened = [[0.0; 8]; 2];
-            factors.whiten([&first, &second], &mut whitened);
+            factors.whiten::<0, 1, 3, 2, 2>([&first, &second], &mut whitened);
             let [f, w] = whitened;
             let mut at_once = factors;
             let errors = at_once.update_pair([

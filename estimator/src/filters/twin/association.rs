@@ -29,7 +29,7 @@ use motor_model::Real;
 
 use super::contact_measurement::ContactMeasurement;
 use super::measured_impact::{MeasuredImpact, UnassociatedImpact};
-use super::states::{INSTANT, Row, STATES, entry, set_entry};
+use super::states::{IMPACT_STATES, INSTANT, Row, STATES, entry, set_entry};
 use super::stator::StatorFilter;
 use super::tuning::ContactTuning;
 use crate::innovation::ContactInnovation;
@@ -71,6 +71,8 @@ pub(super) struct PairHypothesis<T> {
     pub(super) measurements: [LinearMeasurement<T>; 2],
     /// Their rows times U.
     pub(super) whitened: [[T; STATES]; 2],
+    /// Covariance that the estimates' errors give them, the upper triangle alone.
+    variances: [[T; 2]; 2],
 }
 
 impl<T: Real> PairHypothesis<T> {
@@ -78,7 +80,8 @@ impl<T: Real> PairHypothesis<T> {
     pub(super) fn of(pair: usize) -> Self {
         let zero = T::zero();
         let nothing = || LinearMeasurement { by_instant: zero, innovation: zero, noise: zero };
-        Self { pair, measurements: [nothing(), nothing()], whitened: [[zero; STATES]; 2] }
+        let measurements = [nothing(), nothing()];
+        Self { pair, measurements, whitened: [[zero; STATES]; 2], variances: [[zero; 2]; 2] }
     }
 }
 
@@ -140,10 +143,9 @@ impl<T: Real> StatorFilter<T> {
             self.linearise(hypothesis, impact, &Row::zeros(), contact);
             score = self.score(hypothesis);
         }
-        let errors = self.implied_errors(impact, hypothesis, &score);
-        let shift_s = entry(&errors, INSTANT) - entry(&implied, INSTANT);
+        let shift_s = self.implied_instant_s(impact, hypothesis, &score) - entry(&implied, INSTANT);
         let has_converged = misfit <= contact.inflation_misfit && shift_s.abs() < T::from_f64(LINEAR_S);
-        let next_errors = if has_converged { None } else { Some(errors) };
+        let next_errors = (!has_converged).then(|| self.implied_errors(impact, hypothesis, &score));
         Ok(Association { pair, second_order: score.second_order, next_errors, innovation, misfit })
     }
 
@@ -156,39 +158,32 @@ impl<T: Real> StatorFilter<T> {
         errors: &Row<T>,
         contact: &ContactTuning<T>,
     ) {
-        let [gap, approach] = self.contact_measurements(impact, hypothesis.pair, errors, contact);
+        let [gap, approach] = &self.contact_measurements(impact, hypothesis.pair, errors, contact);
         let without_row = |of: &ContactMeasurement<T>| LinearMeasurement {
             by_instant: entry(&of.row, INSTANT),
             innovation: of.innovation,
             noise: of.noise,
         };
-        hypothesis.measurements = [without_row(&gap), without_row(&approach)];
-        self.covariance.whiten([&gap.row, &approach.row], &mut hypothesis.whitened);
+        hypothesis.measurements = [without_row(gap), without_row(approach)];
+        // Instant and jump are those of this impact: independent of all else.
+        hypothesis.variances = self
+            .covariance
+            .whiten::<IMPACT_STATES, _, _, _, 2>([&gap.row, &approach.row], &mut hypothesis.whitened);
     }
 
     /// Scores a hypothesis without an update of the covariance: gap first, then approach given the gap.
     #[inline(never)]
     fn score(&self, hypothesis: &PairHypothesis<T>) -> Score<T> {
-        let PairHypothesis { measurements: [gap, approach], whitened: [f, g], .. } = hypothesis;
-        let weights = &self.covariance.weights;
-        let (mut gap_m2, mut approach_m2_s2, mut both) = (T::zero(), T::zero(), T::zero());
-        for ((&f, &g), &d) in f.iter().zip(g).zip(weights) {
-            let (df, dg) = (d * f, d * g);
-            gap_m2 += f * df;
-            approach_m2_s2 += g * dg;
-            both += g * df;
-        }
+        let PairHypothesis { measurements: [gap, approach], variances, .. } = hypothesis;
+        let [[gap_m2, both], [_, approach_m2_s2]] = *variances;
         let second_order = self.second_order(&[(gap, gap_m2), (approach, approach_m2_s2)]);
         let [second_order_m2, second_order_m2_s2] = second_order;
         let innovation_m2 = gap.noise + second_order_m2 + gap_m2;
         let per_gap = T::one() / innovation_m2;
-        // Variance of the approach given the gap.
+        // What the gap does not tell of the approach. Its rounding is a millionth of the approach's variance.
         let shared = both * per_gap;
-        let mut conditional_m2_s2 = T::zero();
-        for ((&f, &g), &d) in f.iter().zip(g).zip(weights) {
-            conditional_m2_s2 += g * (d * (g - f * shared));
-        }
-        let innovation_m2_s2 = approach.noise + second_order_m2_s2 + not_negative(conditional_m2_s2);
+        let conditional_m2_s2 = not_negative(approach_m2_s2 - both * shared);
+        let innovation_m2_s2 = approach.noise + second_order_m2_s2 + conditional_m2_s2;
         let per_approach = T::one() / innovation_m2_s2;
         let given_gap = approach.innovation - shared * gap.innovation;
         let (by_gap, by_approach) = (per_gap * gap.innovation, per_approach * given_gap);
@@ -215,14 +210,29 @@ impl<T: Real> StatorFilter<T> {
         score: &Score<T>,
     ) -> Row<T> {
         let ([f, g], [by_gap, by_approach]) = (&hypothesis.whitened, score.weighted_innovation);
-        let mut y = [T::zero(); STATES];
-        for ((y, &d), (&f, &g)) in y.iter_mut().zip(&self.covariance.weights).zip(f.iter().zip(g)) {
-            *y = d * (f * by_gap + g * by_approach);
-        }
-        let mut errors = self.covariance.coloured(&y);
-        let instant_s = impact.clamp_instant_s(entry(&errors, INSTANT));
-        set_entry(&mut errors, INSTANT, instant_s);
+        let rows = self.covariance.weights.iter().zip(f.iter().zip(g));
+        let y = rows.map(|(&d, (&f, &g))| d * (f * by_gap + g * by_approach));
+        let mut errors = self.covariance.coloured::<IMPACT_STATES, _, _, _>(y);
+        set_entry(&mut errors, INSTANT, self.implied_instant_s(impact, hypothesis, score));
         errors
+    }
+
+    /// The instant among them.
+    fn implied_instant_s(
+        &self,
+        impact: &MeasuredImpact<T>,
+        hypothesis: &PairHypothesis<T>,
+        score: &Score<T>,
+    ) -> T {
+        let ([gap, approach], [by_gap, by_approach]) = (&hypothesis.measurements, score.weighted_innovation);
+        impact.clamp_instant_s(
+            self.instant_s2() * (gap.by_instant * by_gap + approach.by_instant * by_approach),
+        )
+    }
+
+    /// Variance of the instant, which is independent of all else before the update.
+    fn instant_s2(&self) -> T {
+        self.covariance.weights.get(INSTANT).copied().unwrap_or_default()
     }
 
     /// Variances of the second-order terms of gap and approach, whose own variances are given: an error of the instant
@@ -231,7 +241,7 @@ impl<T: Real> StatorFilter<T> {
         &self,
         [(gap, gap_m2), (approach, approach_m2_s2)]: &[(&LinearMeasurement<T>, T); 2],
     ) -> [T; 2] {
-        let instant_s2 = self.covariance.variance::<INSTANT>();
+        let instant_s2 = self.instant_s2();
         let beside_instant = |measurement: &LinearMeasurement<T>, variance: T| {
             not_negative(variance - measurement.by_instant * measurement.by_instant * instant_s2)
         };

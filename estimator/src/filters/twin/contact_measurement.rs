@@ -14,7 +14,7 @@
 use motor_model::Real;
 
 use super::measured_impact::MeasuredImpact;
-use super::states::{HEIGHT, INSTANT, JUMP, MASS_RATIO, RESTITUTION, Row, TOOTH_ANGLE, entry, set_entry};
+use super::states::{HEIGHT, INSTANT, JUMP, MASS_RATIO, RESTITUTION, Row, entry};
 use super::stator::StatorFilter;
 use super::tooth::{by_amplitude, by_angle};
 use super::tuning::ContactTuning;
@@ -43,7 +43,7 @@ impl<T: Real> StatorFilter<T> {
         errors: &Row<T>,
         contact: &ContactTuning<T>,
     ) -> [ContactMeasurement<T>; 2] {
-        let one = T::one();
+        let (zero, one) = (T::zero(), T::one());
         let back_s = impact.back_s(entry(errors, INSTANT));
         let modes = self.modes_at(back_s - impact.behind_s, errors);
         let tooth = self.tooth(pair, errors);
@@ -57,16 +57,17 @@ impl<T: Real> StatorFilter<T> {
         let per_jump = self.approach_per_jump
             * (one
                 + self.recoil_share * parameter(MASS_RATIO)
-                + share_by_amplitude * parameter(tooth.amplitude_state)
+                + share_by_amplitude * tooth.amplitude
                 + parameter(RESTITUTION));
         let swing = (phi.y * modes.displacement_m.y).abs() + (phi.z * modes.displacement_m.z).abs();
         let square = |x: T| x * x;
 
-        let mut gap_row = modes.row(phi, |r| [-r.c, -r.s]);
-        set_entry(&mut gap_row, HEIGHT, one);
-        set_entry(&mut gap_row, INSTANT, impact.before_m_s - speed);
-        set_entry(&mut gap_row, tooth.amplitude_state, -phi_by_amplitude.dot(&modes.displacement_m));
-        set_entry(&mut gap_row, TOOTH_ANGLE, -phi_by_angle.dot(&modes.displacement_m));
+        let gap_row = tooth.row(
+            modes.entries(one, phi, |r| [-r.c, -r.s]),
+            [impact.before_m_s - speed, zero],
+            [zero; 2],
+            [-phi_by_amplitude.dot(&modes.displacement_m), -phi_by_angle.dot(&modes.displacement_m)],
+        );
         let gap_m = self.height_m + entry(errors, HEIGHT)
             - impact.before_m_s * back_s
             - phi.dot(&modes.displacement_m);
@@ -75,16 +76,14 @@ impl<T: Real> StatorFilter<T> {
             row: gap_row,
             noise: square(contact.gap_m) + square(contact.gap_per_swing * swing),
         };
-        let mut approach_row = modes.row(phi, |r| [r.c_rate, r.s_rate]);
-        set_entry(&mut approach_row, INSTANT, phi.dot(&modes.acceleration_m_s2));
-        set_entry(&mut approach_row, JUMP, -per_jump);
-        let by_mass_ratio = -self.recoil_share * self.approach_per_jump * jump_m_s;
-        set_entry(&mut approach_row, MASS_RATIO, by_mass_ratio);
-        set_entry(&mut approach_row, RESTITUTION, -self.approach_per_jump * jump_m_s);
-        let by_share = share_by_amplitude * self.approach_per_jump * jump_m_s;
-        let by_pair_amplitude = phi_by_amplitude.dot(&modes.velocity_m_s) - by_share;
-        set_entry(&mut approach_row, tooth.amplitude_state, by_pair_amplitude);
-        set_entry(&mut approach_row, TOOTH_ANGLE, phi_by_angle.dot(&modes.velocity_m_s));
+        let by_parts = self.approach_per_jump * jump_m_s;
+        let by_amplitude = phi_by_amplitude.dot(&modes.velocity_m_s) - share_by_amplitude * by_parts;
+        let approach_row = tooth.row(
+            modes.entries(zero, phi, |r| [r.c_rate, r.s_rate]),
+            [phi.dot(&modes.acceleration_m_s2), -per_jump],
+            [-self.recoil_share * by_parts, -by_parts],
+            [by_amplitude, phi_by_angle.dot(&modes.velocity_m_s)],
+        );
         let surplus_m_s = speed - impact.before_m_s - per_jump * jump_m_s;
         let approach = ContactMeasurement {
             innovation: approach_row.dot(errors) - surplus_m_s,

@@ -9,38 +9,55 @@
 //! errors by the same F.
 
 use motor_model::Real;
-use nalgebra::{Matrix2, Vector2};
-use ud_filter::Blocks2;
+use nalgebra::{Matrix2, SVector, Vector2};
+use ud_filter::{Blocks2, NoiseSource, Transition as _};
 
 use super::checked_motor::PERIOD_S;
 use super::sensitivity::{ModeSensitivities, SENSITIVITY_PERIODS};
-use super::states::{DRIVE_PHASE, Errors, HEIGHT, MODES, STIFFNESSES};
+use super::states::{DRIVE_PHASE, Errors, HEIGHT, IMPACT_STATES, INSTANT, JUMP, MODES, STIFFNESSES};
 use super::stator::StatorFilter;
 
 impl<T: Real> StatorFilter<T> {
     /// Predicts the covariance to the present.
-    #[inline(never)]
     pub(super) fn predict_covariance(&mut self) {
+        self.predict_beside([NoiseSource { gain: SVector::zeros(), variance: T::zero() }; IMPACT_STATES]);
+    }
+
+    /// The same, and instant and jump become those of another impact: with these variances, independent of all else.
+    pub(super) fn predict_to_impact(&mut self, instant_s2: T, jump_m2_s2: T) {
+        let states = [(JUMP, jump_m2_s2), (INSTANT, instant_s2)];
+        let left = states.map(|(state, variance)| self.covariance.take_state(state, variance));
+        self.predict_beside(left);
+    }
+
+    /// Predicts the covariance, and adds to the motion what is `left` of the last impact: noise at the last prediction.
+    #[inline(never)]
+    fn predict_beside(&mut self, left: [NoiseSource<T, INSTANT>; IMPACT_STATES]) {
         if self.pending_periods > 0 {
             self.step_sensitivities();
         }
-        if self.unpredicted_s <= T::zero() {
-            return;
-        }
         let [a, b, c] = self.sensitivities.map(|mode| mode.transition);
-        self.covariance.carry_first::<8, 4>(&Blocks2([Matrix2::identity(), a, b, c]));
+        let blocks = Blocks2([Matrix2::identity(), a, b, c]);
+        let [jump, instant] = left.map(|left| NoiseSource { gain: blocks.carry(&left.gain), ..left });
+        let of_state = |state: usize, per_s: T| {
+            let mut gain = SVector::<T, INSTANT>::zeros();
+            gain.as_mut_slice().iter_mut().skip(state).take(1).for_each(|entry| *entry = T::one());
+            NoiseSource { gain, variance: per_s * self.unpredicted_s }
+        };
+        let [a, b, c] = self.velocity_noise_m2_s3;
+        let noise = [
+            of_state(HEIGHT, self.height_noise_m2_s),
+            of_state(MODES + 1, a),
+            of_state(MODES + 3, b),
+            of_state(MODES + 5, c),
+            instant,
+            jump,
+        ];
+        self.covariance.carry_first(&blocks, &noise);
         let (of_a, [of_b, of_c]) = self.parameter_columns();
         self.covariance.add_effects(MODES, &of_a);
         self.covariance.add_effects(MODES + 2, &of_b);
         self.covariance.add_effects(MODES + 4, &of_c);
-        let [a, b, c] = self.velocity_noise_m2_s3.map(|noise| noise * self.unpredicted_s);
-        let of_height = self.height_noise_m2_s * self.unpredicted_s;
-        self.covariance.add_state_noise(&[
-            (MODES + 1, a),
-            (MODES + 3, b),
-            (MODES + 5, c),
-            (HEIGHT, of_height),
-        ]);
         self.reset_sensitivities();
     }
 
@@ -140,7 +157,7 @@ mod tests {
 
     use super::*;
     use crate::filters::twin::checked_motor::{CheckedMotor, PERIOD_NANOS};
-    use crate::filters::twin::states::{JUMP, STATES};
+    use crate::filters::twin::states::STATES;
     use crate::filters::twin::tuning::TwinTuning;
     use crate::instruments::Instruments;
 

@@ -67,7 +67,7 @@ impl<T: Real> TwinFilter<T> {
         };
         let contradicts = misfit.is_some_and(|misfit| self.misfit.note(misfit));
         self.review_kick_use(at);
-        if contradicts || !self.stator.is_sound() {
+        if contradicts || !self.stator.is_sound_after(&contact) {
             self.contradict(at);
             self.review_kick_use(at);
             return (self.unexplained_kick(at, impact), contact, Verdict::Restarted);

@@ -28,7 +28,7 @@ use ud_filter::WhitenedMeasurement;
 use super::association::{Association, PairHypothesis};
 use super::measured_impact::{ExplainedImpact, MeasuredImpact, UnassociatedImpact, Uncertain};
 use super::modes_at::ModesAt;
-use super::states::{Errors, HEIGHT, INSTANT, JUMP, MASS_RATIO, Row, TOOTH_ANGLE, TOOTH_VELOCITY, set_entry};
+use super::states::{Errors, HEIGHT, INSTANT, JUMP, MASS_RATIO, Row, TOOTH_ANGLE};
 use super::stator::StatorFilter;
 use super::tooth::{Tooth, by_amplitude, by_angle};
 use super::tuning::TwinTuning;
@@ -45,11 +45,9 @@ impl<T: Real> StatorFilter<T> {
         tuning: &TwinTuning<T>,
     ) -> Result<ExplainedImpact<T>, UnassociatedImpact<T>> {
         let contact = &tuning.contact;
-        self.predict_covariance();
-        self.at_rest = false;
-        self.covariance.replace_state(JUMP, impact.jump_m2_s2);
         let instant_s2 = impact.within_s * impact.within_s * T::from_f64(1.0 / 12.0);
-        self.covariance.replace_state(INSTANT, self.told.instant_s2(instant_s2));
+        self.predict_to_impact(self.told.instant_s2(instant_s2), impact.jump_m2_s2);
+        self.at_rest = false;
         let mut hypotheses = [PairHypothesis::of(0), PairHypothesis::of(1)];
         let Association { pair, second_order, next_errors, innovation, misfit } =
             self.associate(impact, &mut hypotheses, contact)?;
@@ -108,15 +106,15 @@ impl<T: Real> StatorFilter<T> {
         beside_m_s: T,
     ) -> Uncertain<T> {
         let modes = self.modes_at(back_s, &Row::zeros());
-        let mut row = modes.row(&tooth.lever, |r| [r.c_rate, r.s_rate]);
-        set_entry(&mut row, INSTANT, tooth.lever.dot(&modes.acceleration_m_s2));
-        set_entry(&mut row, tooth.amplitude_state, tooth.lever.dot(&modes.velocity_m_s));
-        set_entry(&mut row, TOOTH_ANGLE, by_angle(&tooth.lever).dot(&modes.velocity_m_s));
-        self.covariance.follow(&row, beside_m_s * beside_m_s);
-        Uncertain {
-            value: tooth.lever.dot(&modes.velocity_m_s),
-            variance: self.covariance.variance::<TOOTH_VELOCITY>(),
-        }
+        let (zero, velocity_m_s) = (T::zero(), &modes.velocity_m_s);
+        let row = tooth.row(
+            modes.entries(zero, &tooth.lever, |r| [r.c_rate, r.s_rate]),
+            [tooth.lever.dot(&modes.acceleration_m_s2), zero],
+            [zero; 2],
+            [by_amplitude(&tooth.lever).dot(velocity_m_s), by_angle(&tooth.lever).dot(velocity_m_s)],
+        );
+        let variance = self.covariance.follow(&row, beside_m_s * beside_m_s);
+        Uncertain { value: tooth.lever.dot(velocity_m_s), variance }
     }
 
     /// The transition of stator and height at an impact `back_s` before the end of the period.
@@ -126,14 +124,16 @@ impl<T: Real> StatorFilter<T> {
         let mass_ratio = T::one() + self.parameters.get(MASS_RATIO).copied().unwrap_or_default();
         let responses = self.oscillators.each_ref().map(|oscillator| oscillator.after(back_s - behind_s));
         let since = ModesAt::<T>::responses_only(responses);
-        let recoiled = |recoil: &Vector3<T>, factor: T| since.column(recoil, factor, |r| [-r.s, -r.s_rate]);
+        let recoiled = |recoil: &Vector3<T>, factor: T, height: T| {
+            since.entries(height, &(recoil * factor), |r| [-r.s, -r.s_rate])
+        };
         let [by_pair_amplitude, by_tooth_angle] = [by_amplitude(&tooth.recoil), by_angle(&tooth.recoil)]
-            .map(|recoil| recoiled(&recoil, mass_ratio * jump));
-        let by_mass_ratio = recoiled(&tooth.recoil, jump);
-        let mut by_jump = recoiled(&tooth.recoil, mass_ratio);
-        let mut by_instant = since.column(&tooth.recoil, mass_ratio * jump, |r| [r.s_rate, r.s_acceleration]);
-        (by_jump[0], by_instant[0]) = (back_s, -jump);
-        let of_tooth = [(tooth.amplitude_state, by_pair_amplitude), (TOOTH_ANGLE, by_tooth_angle)];
+            .map(|recoil| recoiled(&recoil, mass_ratio * jump, T::zero()));
+        let by_mass_ratio = recoiled(&tooth.recoil, jump, T::zero());
+        let by_jump = recoiled(&tooth.recoil, mass_ratio, back_s);
+        let blow = tooth.recoil * (mass_ratio * jump);
+        let by_instant = since.entries(-jump, &blow, |r| [r.s_rate, r.s_acceleration]);
+        let of_tooth = [(tooth.amplitude_state(), by_pair_amplitude), (TOOTH_ANGLE, by_tooth_angle)];
         self.covariance.add_effects(HEIGHT, &of_tooth);
         self.covariance.add_effects(HEIGHT, &[(MASS_RATIO, by_mass_ratio)]);
         self.covariance.add_effects(HEIGHT, &[(INSTANT, by_instant), (JUMP, by_jump)]);
@@ -150,7 +150,7 @@ mod tests {
 
     use super::*;
     use crate::filters::twin::checked_motor::{CheckedMotor, PERIOD_S};
-    use crate::filters::twin::states::STATES;
+    use crate::filters::twin::states::{STATES, set_entry};
     use crate::instruments::Instruments;
 
     /// A stator that swings in mode B, an impact of a tooth `back_s` before the end of the period that approaches the

@@ -53,26 +53,19 @@ impl<T: Real> ModesAt<T> {
         Self { displacement_m: still, velocity_m_s: still, acceleration_m_s2: still, responses }
     }
 
-    /// The modes' entries of a row: `part` of each mode's response, times the mode's weight; zero elsewhere.
+    /// A row or column of the states 1 to 7: `part` of each mode's response, times the mode's weight; `height` of the
+    /// height.
     #[inline]
-    pub(super) fn row(&self, weights: &Vector3<T>, part: impl Fn(&Response<T>) -> [T; 2]) -> Row<T> {
+    pub(super) fn entries(
+        &self,
+        height: T,
+        weights: &Vector3<T>,
+        part: impl Fn(&Response<T>) -> [T; 2],
+    ) -> MotionErrors<T> {
         let [a, b, c] = &self.responses;
         let weighted = |response: &Response<T>, weight: T| part(response).map(|entry| weight * entry);
         let ([g_a, v_a], [g_b, v_b], [g_c, v_c]) =
             (weighted(a, weights.x), weighted(b, weights.y), weighted(c, weights.z));
-        let zero = T::zero();
-        Row { lead: [zero, g_a, v_a, g_b, v_b, g_c, v_c, zero, zero], ..Row::zeros() }
-    }
-
-    /// The same as a column of the states 1 to 7, times `factor`.
-    #[inline]
-    pub(super) fn column(
-        &self,
-        weights: &Vector3<T>,
-        factor: T,
-        part: impl Fn(&Response<T>) -> [T; 2],
-    ) -> MotionErrors<T> {
-        let [height, g_a, v_a, g_b, v_b, g_c, v_c, ..] = self.row(weights, part).lead;
-        [height, g_a, v_a, g_b, v_b, g_c, v_c].map(|entry| entry * factor)
+        [height, g_a, v_a, g_b, v_b, g_c, v_c]
     }
 }

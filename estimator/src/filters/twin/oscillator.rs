@@ -18,6 +18,8 @@ pub(super) struct Oscillator<T> {
     pub(super) damping_per_s: T,
     /// Amplitude of the acceleration by the full drive, in m/s^2.
     pub(super) drive_m_s2: T,
+    /// Coefficients of `t^2` to `t^5` in S.
+    series: [T; 4],
 }
 
 /// Responses to a unit displacement, `c`, and to a unit velocity, `s` in s, with their derivatives in time.
@@ -32,25 +34,30 @@ pub(super) struct Response<T> {
 
 impl<T: Real> Oscillator<T> {
     pub(super) fn new(mode: &Mode) -> Self {
+        let (k, a) = (mode.natural_rad_s * mode.natural_rad_s, 2.0 * mode.damping_ratio * mode.natural_rad_s);
+        // Derivatives of S at 0, from the second on.
+        let (d2, d3) = (-a, a * a - k);
+        let d4 = -k * d2 - a * d3;
+        let d5 = -k * d3 - a * d4;
         Self {
-            stiffness_per_s2: T::from_f64(mode.natural_rad_s * mode.natural_rad_s),
-            damping_per_s: T::from_f64(2.0 * mode.damping_ratio * mode.natural_rad_s),
+            stiffness_per_s2: T::from_f64(k),
+            damping_per_s: T::from_f64(a),
             drive_m_s2: T::from_f64(mode.drive_acceleration_m_s2()),
+            series: [d2 / 2.0, d3 / 6.0, d4 / 24.0, d5 / 120.0].map(T::from_f64),
         }
     }
 
     /// The response after `t` seconds, which may be negative.
+    #[inline]
     pub(super) fn after(&self, t: T) -> Response<T> {
-        let (k, a, n) = (self.stiffness_per_s2, self.damping_per_s, T::from_f64);
-        // Derivatives of S at 0, from the second on.
-        let d2 = -a;
-        let d3 = -k - a * d2;
-        let d4 = -k * d2 - a * d3;
-        let d5 = -k * d3 - a * d4;
-        let tail = n(1.0 / 24.0) * d4 + t * n(1.0 / 120.0) * d5;
-        let s = t * (T::one() + t * (n(0.5) * d2 + t * (n(1.0 / 6.0) * d3 + t * tail)));
-        let slope = n(1.0 / 6.0) * d4 + t * n(1.0 / 24.0) * d5;
-        let s_rate = T::one() + t * (d2 + t * (n(0.5) * d3 + t * slope));
+        let (k, a, [c2, c3, c4, c5]) = (self.stiffness_per_s2, self.damping_per_s, self.series);
+        // The series and its derivative, by Horner's scheme.
+        let (mut s, mut s_rate) = (c5 * t + c4, c5);
+        for coefficient in [c3, c2, T::one()] {
+            s_rate = s_rate * t + s;
+            s = s * t + coefficient;
+        }
+        (s, s_rate) = (s * t, s_rate * t + s);
         Response { c: s_rate + a * s, c_rate: -k * s, s, s_rate, s_acceleration: -k * s - a * s_rate }
     }
 }

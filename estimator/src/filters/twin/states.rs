@@ -45,6 +45,8 @@ pub(super) const MODES: usize = 2;
 pub(super) const INSTANT: usize = 8;
 /// Jump of the rotor's vertical velocity at the last impact.
 pub(super) const JUMP: usize = 9;
+/// Instant and jump: those of another impact at each, and independent of all else until its update.
+pub(super) const IMPACT_STATES: usize = JUMP + 1 - INSTANT;
 /// Stiffness, damping and driven amplitude of the modes; mode A has no drive.
 pub(super) const MODE_PARAMETERS: usize = 10;
 /// Mass ratio.

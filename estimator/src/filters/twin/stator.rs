@@ -29,18 +29,19 @@ use super::sensitivity::{InputSums, ModeSensitivities, SENSITIVITY_PERIODS};
 use super::states::{DRIVE_PHASE, Errors, MODE_PARAMETERS, Row, STATES, entry, prior_variances};
 use super::told::ToldContact;
 use super::tuning::TwinTuning;
+use crate::innovation::ContactInnovation;
 
 /// Amplitude from which a mode's process noise follows if its driven amplitude is smaller, in m. Assumed: mode A has no
 /// drive, but impacts in modes B and C leave some micrometres in it.
 const LEAST_AMPLITUDE_M: f64 = 2e-6;
 
-/// Bounds of [`StatorFilter::is_sound`], far beyond what any drive does: square of a mode's amplitude (1 mm), height,
-/// root of the sum of the squares of the parameters as parts, and the trace of the covariance in the squares of the
-/// states' units.
+/// Bounds of [`StatorFilter::is_sound_after`], far beyond what any drive does: square of a mode's amplitude (1 mm),
+/// height, root of the sum of the squares of the parameters as parts, and in SI units the variances of gap and
+/// approach, and of all states.
 const AMPLITUDE_MAX_M2: f64 = 1e-6;
 const HEIGHT_MAX_M: f64 = 1.0;
 const PARAMETER_MAX: f64 = 0.9;
-const TRACE_MAX: f64 = 1e6;
+const VARIANCE_MAX: f64 = 1e6;
 /// Largest error of a stiffness: beyond it the explicit step of the parameters' effect could add more amplitude than
 /// the damping removes, see [`StatorFilter::has_sound_estimates`].
 const STIFFNESS_MAX: f64 = 0.25;
@@ -179,12 +180,19 @@ impl<T: Real> StatorFilter<T> {
     }
 
     /// Whether estimates and covariance are finite and within a hundred times what any drive does.
+    #[cfg(test)]
     pub(super) fn is_sound(&self) -> bool {
-        // Compared this way round, so that NaN is unsound.
-        self.has_sound_estimates() && self.covariance.trace() < T::from_f64(TRACE_MAX)
+        self.has_sound_estimates() && self.covariance.trace() < T::from_f64(VARIANCE_MAX)
     }
 
-    /// The same of the estimates alone: enough after an update, which makes no variance larger.
+    /// The same after an impact. Its gap and approach depend on all states that vary in time, and an update makes no
+    /// variance larger.
+    pub(super) fn is_sound_after(&self, impact: &ContactInnovation<T>) -> bool {
+        // Compared this way round, so that NaN is unsound.
+        self.has_sound_estimates() && impact.gap_m2 + impact.approach_m2_s2 < T::from_f64(VARIANCE_MAX)
+    }
+
+    /// The same of the estimates alone.
     ///
     /// Amplitudes are bounded, not momentary values, so that what is sound stays so until the next impact. Stiffnesses
     /// are bounded, so that the explicit step of [`super::motion_prediction`] is stable: a stiffness off by `kappa`

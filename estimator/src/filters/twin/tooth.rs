@@ -15,13 +15,15 @@
 use motor_model::Real;
 use nalgebra::Vector3;
 
-use super::states::{PAIR_AMPLITUDES, Row, TOOTH_ANGLE};
+use super::states::{MotionErrors, PAIR_AMPLITUDES, Row, TOOTH_ANGLE};
 use super::stator::StatorFilter;
 
 /// A pair of teeth; each vector has one entry a mode.
 pub(super) struct Tooth<T> {
-    /// Index of the state that is the error of its amplitude.
-    pub(super) amplitude_state: usize,
+    /// Which one.
+    pair: usize,
+    /// Its amplitude, as the part by which it differs from nominal.
+    pub(super) amplitude: T,
     pub(super) shape: Vector3<T>,
     pub(super) lever: Vector3<T>,
     pub(super) recoil: Vector3<T>,
@@ -29,17 +31,47 @@ pub(super) struct Tooth<T> {
 
 impl<T: Real> StatorFilter<T> {
     /// Pair 0 or 1, were the parameters corrected by `errors`.
+    #[inline]
     pub(super) fn tooth(&self, pair: usize, errors: &Row<T>) -> Tooth<T> {
         let [first, second] = self.teeth();
-        let nominal = if pair == 0 { first } else { second };
-        let amplitude_state = PAIR_AMPLITUDES + pair;
-        let (part, angle) = (self.parameter(amplitude_state, errors), self.parameter(TOOTH_ANGLE, errors));
-        let estimated = |of: &Vector3<T>| of + by_amplitude(of) * part + by_angle(of) * angle;
+        let (nominal, amplitude) = if pair == 0 {
+            (first, self.parameter(PAIR_AMPLITUDES, errors))
+        } else {
+            (second, self.parameter(PAIR_AMPLITUDES + 1, errors))
+        };
+        let angle = self.parameter(TOOTH_ANGLE, errors);
+        let estimated = |of: &Vector3<T>| of + by_amplitude(of) * amplitude + by_angle(of) * angle;
         Tooth {
-            amplitude_state,
+            pair,
+            amplitude,
             shape: estimated(&nominal.shape),
             lever: estimated(&nominal.lever),
             recoil: estimated(&nominal.recoil),
+        }
+    }
+}
+
+impl<T: Real> Tooth<T> {
+    /// The state that is the error of its amplitude.
+    pub(super) fn amplitude_state(&self) -> usize {
+        PAIR_AMPLITUDES + self.pair
+    }
+
+    /// A row of these entries: of the modes, of instant and jump, of the mass ratio and the restitution, and by
+    /// amplitude and angle of the teeth.
+    #[inline]
+    pub(super) fn row(
+        &self,
+        [height, g_a, v_a, g_b, v_b, g_c, v_c]: MotionErrors<T>,
+        [instant, jump]: [T; 2],
+        [mass_ratio, restitution]: [T; 2],
+        [amplitude, angle]: [T; 2],
+    ) -> Row<T> {
+        let zero = T::zero();
+        let [first, second] = if self.pair == 0 { [amplitude, zero] } else { [zero, amplitude] };
+        Row {
+            lead: [height, g_a, v_a, g_b, v_b, g_c, v_c, instant, jump],
+            last: [mass_ratio, restitution, first, second, angle, zero],
         }
     }
 }

@@ -221,7 +221,7 @@ impl<T: Real> StatorFilter<T> {
         let responses = self.oscillators.each_ref().map(|oscillator| oscillator.after(back_s - behind_s));
         let since = ModesAt::<T>::responses_only(responses);
         let [_, g_a, v_a, g_b, v_b, g_c, v_c] =
-            since.column(&tooth.recoil, mass_ratio * jump_m_s, |r| [-r.s, -r.s_rate]);
+            since.entries(T::zero(), &(tooth.recoil * (mass_ratio * jump_m_s)), |r| [-r.s, -r.s_rate]);
         self.state.modes.displacement_m += Vector3::new(g_a, g_b, g_c);
         self.state.modes.velocity_m_s += Vector3::new(v_a, v_b, v_c);
     }
