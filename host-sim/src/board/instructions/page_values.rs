@@ -45,8 +45,7 @@ const ROWS: [(&str, &str); 31] = [
 pub fn page_values(report: &CountReport, estimates: &[CycleEstimate]) -> Vec<PlacedValue> {
     let mean =
         |operation| report.count(operation).map_or_else(String::new, |count| format!("{:.0}", count.mean()));
-    let longest =
-        report.count("twin_c_vibrometer_sample").map_or_else(String::new, |count| count.max.to_string());
+    let longest = |operation| report.count(operation).map_or_else(String::new, |count| count.max.to_string());
     let missed = TARGETS
         .iter()
         .filter(|target| report.count(target.operation).is_some_and(|count| !target.is_met(count)));
@@ -55,7 +54,11 @@ pub fn page_values(report: &CountReport, estimates: &[CycleEstimate]) -> Vec<Pla
         ("tick_constant_rate", mean("loop_tick")),
         ("tick_impact_aided", mean("loop_tick_impact_aided")),
         ("tick_twin", mean("loop_tick_twin")),
-        ("twin_sample_longest", longest),
+        ("twin_sample_longest", longest("twin_c_vibrometer_sample")),
+        ("constant_rate_latency_at_1530", longest("loop_tick_latency_at_1530")),
+        ("impact_aided_latency_at_4320", longest("loop_tick_impact_aided_latency_at_4320")),
+        ("twin_latency_at_4320", longest("loop_tick_twin_latency_at_4320")),
+        ("twin_latency_at_8000", longest("loop_tick_twin_latency_at_8000")),
         ("frame_over_core", frame_over_core(report)),
         ("missed_targets", missed.count().to_string()),
         ("table_instructions", table(report, estimates)),
