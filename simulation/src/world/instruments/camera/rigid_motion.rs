@@ -214,8 +214,8 @@ mod tests {
         }
     }
 
-    /// Two of three marks, whose mean is half a radius off the axis: `sigma^2 / 2` along that line and `sigma^2 (1 / 2
-    /// + 1 / 6)` across it, which is the one said. Over 20,000 pictures a variance is known to 1 %; four of that.
+    /// Two of three marks, whose mean is half a radius off the axis: `sigma^2 / 2` along that line, and across it
+    /// `sigma^2 (1 / 2 + 1 / 6)`, which is the one said. Over 20,000 pictures a variance is known to 1 %; four of that.
     #[test]
     fn law_the_shift_has_its_variance() {
         let (sigma_m, pictures) = (1e-6, 20_000_u32);
