@@ -4,7 +4,7 @@
 //!   and memory that stands for a flash.
 //! - `stm32g474`, `stm32h743`, each behind the feature of its name: the same of real boards.
 //! - `hardware`: the one of them that the program is built for.
-//! - `wait`: waits of real boards for their hardware, which end.
+//! - `wait`, `watchdog`: of real boards, waits for their hardware, which end, and the independent watchdog.
 //! - `faults`: handlers of panics and faults, for every program. They switch the drive off, print the reason, and end.
 //! - `crash`: what they keep until the program has started again.
 //! - [`stack_words`], [`stack_word_is_unused`]: what [`crate::stack_gauge`] looks at.
@@ -19,6 +19,8 @@ pub mod stm32g474;
 pub mod stm32h743;
 #[cfg(feature = "silicon")]
 mod wait;
+#[cfg(feature = "silicon")]
+mod watchdog;
 
 use core::ptr;
 

@@ -27,19 +27,17 @@ mod dma;
 mod flash;
 mod line;
 mod vibrometer;
-mod watchdog;
-
-use stm32g4::stm32g474 as pac;
 
 use link::ResetCause;
+pub(super) use stm32g4::stm32g474 as pac;
 
 use super::Parts;
+pub use super::watchdog::Watchdog;
 pub use bridge::{Enable, Pulses, Width, drive_is_on, drive_off};
 #[cfg(feature = "keep")]
 pub use flash::Flash;
 pub use line::Line;
 pub use vibrometer::Vibrometer;
-pub use watchdog::Watchdog;
 
 /// Frequency of the processor and of everything on its bus.
 pub const CLOCK_HZ: u32 = 170_000_000;

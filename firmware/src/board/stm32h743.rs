@@ -20,17 +20,15 @@ mod clocks;
 mod dma;
 mod line;
 mod vibrometer;
-mod watchdog;
-
-use stm32h7::stm32h743v as pac;
 
 use link::ResetCause;
+pub(super) use stm32h7::stm32h743v as pac;
 
 use super::Parts;
+pub use super::watchdog::Watchdog;
 pub use bridge::{Enable, Pulses, Width, drive_is_on, drive_off};
 pub use line::Line;
 pub use vibrometer::Vibrometer;
-pub use watchdog::Watchdog;
 
 #[cfg(feature = "keep")]
 compile_error!("an STM32H743 keeps no description: build without the feature keep");

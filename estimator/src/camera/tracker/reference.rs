@@ -65,6 +65,10 @@ impl<T: Real, B: TrackCovariance<T>> Reference<T, B> {
 }
 
 impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
+    /// Time in which kicks turn a driven rotor by less than the gate of a frame, in ns: two impacts, and a tenth of a
+    /// degree.
+    const UNKICKED_NANOS: u64 = 300_000;
+
     /// Standard deviation of the rate after a jolt, in rad/s: 16 turns a second.
     const JOLT_RAD_S: f64 = 100.0;
 
@@ -86,7 +90,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     }
 
     /// Whether the frames since the last one of `track` show its rotor at another angle, and moving as before: a rotor
-    /// that is jolted or kicked moves otherwise for a while.
+    /// that is jolted or kicked moves otherwise for a while. It has to have gone there between two frames, and in so
+    /// short a time, or at rest, that kicks do not take it there.
     #[inline(never)]
     fn goes_on_elsewhere(&self, track: &Track<T, B>, process: &impl Process<T, B>) -> bool {
         let count = self.frames_since(track);
@@ -96,8 +101,16 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         };
         let mut state = track.state;
         process.carry(&mut state, track.resting, frame.exposed_at);
+        let frame_rad2 = self.tuning.frame_rad2(frame, false);
+        let turned = state.angle.angle().minus(track.state.angle.angle());
+        let step_rad: T = frame.angle.minus(track.code.plus(turned)).wrapped().radians_since(Angle::ZERO);
+        let at_once = step_rad * step_rad > (frame_rad2 + frame_rad2) * self.tuning.gate;
+        let unkicked = track.resting || frame.exposed_at <= track.state.at.plus_nanos(Self::UNKICKED_NANOS);
+        if !(at_once && unkicked) {
+            return false;
+        }
         let (rate_rad2_s2, before) = (state.covariance.rate_rad2_s2(), Some(&state.covariance));
-        let covariance = B::begin(self.tuning.frame_rad2(frame, false), rate_rad2_s2, before);
+        let covariance = B::begin(frame_rad2, rate_rad2_s2, before);
         let elsewhere = State { angle: AngleAccumulator::at(frame.angle), covariance, ..state };
         let hypothesis = Hypothesis { resting: track.resting, ..Hypothesis::of(elsewhere) };
         self.fit(hypothesis, count - 1, process).is_some_and(|fit| fit.is_good())

@@ -57,9 +57,10 @@ pub(super) fn shift_max_m(scene: &Scene) -> f64 {
 }
 
 fn play_m(scene: &Scene) -> f64 {
+    let clearance_m = scene.number(CLEARANCE);
     let has_hub = RotorModel::of(scene).is_ok_and(RotorModel::has_hub);
     let has_play = has_hub || scene.keys_set().any(|key| key == CLEARANCE);
-    if has_play { scene.number(CLEARANCE) } else { 0.0 }
+    if has_play { clearance_m } else { 0.0 }
 }
 
 fn vibration_m(scene: &Scene) -> f64 {

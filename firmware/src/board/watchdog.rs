@@ -1,15 +1,14 @@
-//! The independent watchdog, with its window.
+//! The independent watchdog of real boards, with its window.
 //!
-//! | step | register of RM0440, chapter of the IWDG |
+//! | step | register of RM0440 and RM0433, chapter of the IWDG |
 //! |---|---|
 //! | it starts, and cannot be stopped | `IWDG_KR` |
 //! | it counts 32 kHz over four | `IWDG_PR` |
 //! | a change acts once its flag is clear | `IWDG_SR`: `RVU`, `WVU` |
 //! | fed above the window it restarts the board too; to write the window feeds | `IWDG_WINR` |
 
-use stm32g4::stm32g474 as pac;
-
-use crate::board::wait::wait_until;
+use super::hardware::pac;
+use super::wait::wait_until;
 
 /// Periods of 32 kHz / 4 in 10 ms, longer than construction of a filter.
 const PERIODS: u16 = 80;
