@@ -4,8 +4,6 @@
 //! |---|---|
 //! | [`difference`] | whether two independent results differ beyond chance |
 //! | [`paired_difference`] | whether two results of the same runs do |
-//! | [`least_squares`] | a curve through points, with the standard deviations of its parameters |
 
 pub(crate) mod difference;
-pub(crate) mod least_squares;
 pub(crate) mod paired_difference;

@@ -1,7 +1,6 @@
 //! Many runs, then rows. A study is one folder: its plan, one function that runs one case, its conclusions, its
 //! picture.
 
-pub(crate) mod averaged_motor;
 pub mod beside;
 pub mod commissioning;
 pub(crate) mod error_budget;

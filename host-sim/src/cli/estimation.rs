@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::beside::BesideArgs;
 use super::count::Count;
@@ -18,9 +19,9 @@ use crate::report::OutputError;
 use crate::report::files;
 use crate::studies::beside::BesideScene;
 use crate::studies::filter_costs;
-use crate::studies::filter_errors::told::ToldPart;
 use crate::studies::filter_errors::{ComparedMotor, FilterErrors, FilterErrorsPlan};
 use crate::studies::shard;
+use analysis::filter_errors::told::ToldPart;
 use simulation::runs::RunError;
 
 #[derive(Debug, Args)]
@@ -33,7 +34,8 @@ pub(super) struct EstimateArgs {
     #[arg(long, value_name = "DIR", default_value = "out/estimate")]
     out: PathBuf,
     /// Twins beside that are told these parts of the truth: each alone, all but each, and all
-    #[arg(long, value_name = "PART,...", value_enum, value_delimiter = ',', num_args = 1..)]
+    #[arg(long, value_name = "PART,...", value_delimiter = ',', num_args = 1..)]
+    #[arg(value_parser = told_part())]
     told: Vec<ToldPart>,
     #[command(flatten)]
     parts: ShardArgs,
@@ -43,6 +45,14 @@ pub(super) struct EstimateArgs {
     publication: PublicationArgs,
     #[command(flatten)]
     scene: SceneArgs,
+}
+
+/// Reads a word of [`ToldPart`].
+fn told_part() -> impl TypedValueParser<Value = ToldPart> {
+    let words = ToldPart::ALL.map(|part| PossibleValue::new(part.name()).help(part.meaning()));
+    PossibleValuesParser::new(words).try_map(|word| {
+        ToldPart::ALL.into_iter().find(|part| part.name() == word).ok_or("no part of the truth")
+    })
 }
 
 impl EstimateArgs {

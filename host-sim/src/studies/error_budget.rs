@@ -6,9 +6,8 @@ mod tables;
 
 use rayon::prelude::*;
 
-use super::filter_errors::told::ToldPart;
 use super::filter_errors::{FilterErrors, FilterErrorsPlan};
-use clap::ValueEnum as _;
+use analysis::filter_errors::told::ToldPart;
 use simulation::runs::RunError;
 use simulation::scene::Scene;
 
@@ -45,7 +44,7 @@ impl ErrorBudget {
     /// # Errors
     /// When a scene is refused or a run fails.
     pub(crate) fn of(rotors: &[BudgetRotor]) -> Result<Self, RunError> {
-        let parts = ToldPart::value_variants();
+        let parts = &ToldPart::ALL;
         let of_marks = |rotor: &BudgetRotor, marks: u64| {
             let mut scene = rotor.scene.clone();
             scene.set("camera.marks", &marks.to_string())?;

@@ -24,7 +24,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::board::instructions::Listing;
-use crate::studies::filter_errors::error_sums::ErrorSums;
+use analysis::filter_errors::error_sums::ErrorSums;
 use recording::Recording;
 use replay::OperationCosts;
 use simulation::runs::RunError;

@@ -1,11 +1,11 @@
 //! How far the filters are off the truth, phase by phase, beside a lower bound: `host-sim estimate`.
 //!
-//! Motors are drawn within Table 1's tolerances ([`simulation::world::plant`]) and driven through one [`timeline`] in
+//! Motors are drawn within Table 1's tolerances ([`simulation::world::plant`]) and driven through one [`timeline`](analysis::filter_errors::timeline) in
 //! both modes. All [filters](simulation::runs::filter) and the genies run on the same frames and samples, every tick of
-//! 10 us. Every 70 us their estimates are compared with the truth ([`comparison`]), and the errors are summed by phase
-//! ([`error_sums`]). The scene's settings apply, above all those of the instruments.
+//! 10 us. Every 70 us their estimates are compared with the truth ([`analysis::filter_errors::comparison`]), and the errors are summed by phase
+//! ([`analysis::filter_errors::error_sums`]). The scene's settings apply, above all those of the instruments.
 //!
-//! Twins that are told parts of the truth run beside, if some are asked for ([`told`]): what not knowing them costs.
+//! Twins that are told parts of the truth run beside, if some are asked for ([`analysis::filter_errors::told`]): what not knowing them costs.
 //!
 //! Rows whose name ends in `_smoothed` are of angle and rate [`simulation::runs::filter::SMOOTHER_LAG_MS`] ago, by a
 //! filter's smoother. They have no innovations of their own.
@@ -35,37 +35,29 @@
 //! alone ([`consistency::ConsistencyTest`]).
 
 mod beside_table;
-pub mod comparison;
 pub mod consistency;
-pub mod error_sums;
-pub(crate) mod genie;
-mod kicks;
-pub(crate) mod phase_sums;
 mod picture;
-pub mod rate_walk;
 mod report;
 mod row;
 pub(crate) mod tables;
-pub mod timeline;
-pub mod told;
 pub(crate) mod told_table;
 
+use analysis::filter_errors::comparison::{self, ComparedRun, ComparedScope, names};
+use analysis::filter_errors::error_sums::ErrorSums;
+use analysis::filter_errors::rate_walk::RateWalk;
+use analysis::filter_errors::timeline::{self, TimelinePhase};
+use analysis::filter_errors::told::{self, ToldPart, ToldSet};
 use motor_model::DriveMode;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::studies::beside::Beside;
 use crate::studies::shard::Shard;
-use comparison::{ComparedRun, ComparedScope, names};
-use error_sums::ErrorSums;
-use rate_walk::RateWalk;
 pub use row::{ConsistencyOfRuns, FilterErrorsRow};
 use simulation::runs::RunError;
 use simulation::runs::filter::FILTERS;
 use simulation::runs::stated_errors::StatedErrors;
 use simulation::scene::Scene;
-use timeline::TimelinePhase;
-use told::{ToldPart, ToldSet};
 
 /// The drives, with their names in the tables.
 const DRIVES: [(DriveMode, &str); 2] = [(DriveMode::B, "b"), (DriveMode::C, "c")];

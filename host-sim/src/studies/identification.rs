@@ -1,57 +1,52 @@
 //! A motor's parameters from recordings of it: `host-sim identify`.
 //!
-//! Impact by impact the motion is chaotic, and no simulation repeats a recording. What repeats is its statistics. So:
+//! Impact by impact the motion is chaotic, and no simulation repeats a recording. What repeats is its statistics. So, with
+//! [`analysis::identification`]:
 //!
 //! ```text
-//! recordings ---> statistics s                                     statistics.rs
-//! prior ---> drawn motors, same drives, same instruments ---> statistics of each               training.rs
-//!            regressions: what tells a parameter, how it follows from the parameters           emulator.rs
-//! s, prior ---> posterior of the parameters that are told          posterior.rs
+//! recordings ---> statistics s
+//! prior ---> drawn motors, same drives, same instruments ---> statistics of each
+//!            regressions: what tells a parameter, how it follows from the parameters
+//! s, prior ---> posterior of the parameters that are told
 //! ```
 //!
 //! Before anything is fitted, the regressions say what these recordings can tell ([`emulator::Summaries::expected`]): a
 //! parameter whose standard deviation they are expected to leave above [`emulator::TOLD`] of the prior's gets an
-//! infinite interval, and the recording of a short list that would tell it is named (`candidates.rs`).
+//! infinite interval, and the recording of a short list that would tell it is named
+//! ([`analysis::identification::candidates`]).
 //!
 //! The parameters that are not told are drawn with the others, so that what is not known of them widens every interval.
 //! Whether the intervals hold what they promise is tried on motors drawn and forgotten (`calibration.rs`).
 
 mod calibration;
-mod candidates;
-mod emulator;
 mod error;
-mod measured;
 mod outcome;
-mod parameters;
-mod parts;
 mod picture;
-mod posterior;
+mod recorded;
 mod report;
-mod ridge;
-mod statistics;
-mod training;
 
+pub use analysis::identification::parameters::Prior;
 pub(crate) use calibration::page_values;
 pub use calibration::{CalibratedParameter, Calibration, CalibrationPlan};
 pub use error::IdentificationError;
-pub use measured::Recorded;
 pub use outcome::{Identification, IdentifiedParameter, MeasuredStatistic};
-pub use parameters::Prior;
+pub use recorded::Recorded;
 pub(crate) use report::report;
 
 use std::collections::BTreeMap;
 
+use analysis::identification::candidates::{self, Advice};
+use analysis::identification::emulator::{self, Emulator, TOLD, of_told, quadratic};
+use analysis::identification::parameters::{self, Unknown};
+use analysis::identification::posterior;
+use analysis::identification::ridge::{Ridge, outputs};
+use analysis::identification::statistics::{self, Statistic};
+use analysis::identification::training::{self, DrawnMotor, Setting};
 use motor_model::math;
 
-use candidates::Advice;
-use emulator::{Emulator, TOLD, of_told, quadratic};
-use parameters::Unknown;
-use ridge::{Ridge, outputs};
 use simulation::math::statistics::Spread;
 use simulation::scene::RotorModel;
 use simulation::world::plant::Plant;
-use statistics::Statistic;
-use training::{DrawnMotor, Setting};
 
 /// How much is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,7 +103,7 @@ impl IdentificationPlan {
         }
         refuse_two_motors(&recordings)?;
         let settings: Vec<Setting> =
-            recordings.iter().zip(0..).map(|(recorded, place)| Setting::of(recorded, place)).collect();
+            recordings.iter().zip(0..).map(|(recorded, place)| recorded.setting(place)).collect();
         for (recorded, setting) in recordings.iter().zip(&settings) {
             let of_stator = recorded.scene.choice("record.model") == "stator";
             if setting.parts.is_empty(of_stator) {

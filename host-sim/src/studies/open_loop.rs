@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::averaged_motor::{AveragedReport, long_moves};
+use analysis::averaged_motor::{AveragedReport, long_moves};
 use simulation::runs::RunError;
 use simulation::runs::simulate::{
     Observer, OpenLoopModel, OpenLoopReport, OpenLoopRun, StatorReport, simulate, simulate_stator,

@@ -1,53 +1,30 @@
 //! Cost and error of a step of the fixed-step model: the `accuracy` command.
 //!
-//! The study times [`motor_model::Motor`] and compares it with an event-driven integrator, [`mod@reference`], which
-//! shares no line of its step. The motion is chaotic: two trajectories agree for about four impacts in `f64` and two in
-//! `f32`. So the study compares single impacts from equal states, and statistics.
+//! [`analysis::step_accuracy`] measures; here is what is measured, and how it is shown.
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`method`] | what is compared: rule of impacts, precision, step |
-//! | [`impact_map`] | time of the first impact, and the map from it to the next, from equal states |
-//! | [`steady_motion`] | mean rate, impacts per second and collision frequency of steady motion |
-//! | [`bursts`] | net displacement of a few cycles from rest |
-//! | [`averaged_moves`] | the averaged motor on long moves |
-//! | [`step_cost`] | time of a step, and of a simulated millisecond |
 //! | [`tilting_forms`], `tilting_table` | what the forms of the rotor cost, and what error leaving out makes |
-//! | [`vibrating_plate`] | a ball on a vibrating plate: a problem for any integrator with events |
-//! | [`peers`] | integrators of other crates and of SciPy on that problem |
 //! | [`comparison`] | the result |
 //! | [`targets`] | the targets for error and cost, and whether they are met |
 //! | [`tables`], `page`, `picture` | the result as text, CSV and JSON, as values of a page, as a picture |
 
-pub mod averaged_moves;
-pub mod bursts;
 pub mod comparison;
-pub mod impact_map;
-pub mod method;
 mod page;
-pub mod peers;
 mod picture;
-pub mod reference;
 mod report;
-pub mod steady_motion;
-pub mod step_cost;
 pub mod tables;
 pub mod targets;
 pub mod tilting_forms;
 mod tilting_table;
-pub mod vibrating_plate;
 
-use motor_model::{AmplitudeVariation, DriveMode};
-use rayon::prelude::*;
-
-use crate::studies::averaged_motor::SpinUpCampaign;
-use bursts::BURSTS;
-use comparison::{MethodRow, StepAccuracy};
-use impact_map::{ImpactMapMeasurement, MapSamples};
-use method::{STEPS_S, StepMethod, step_methods};
+use analysis::averaged_motor::SpinUpCampaign;
+use analysis::step_accuracy::method::{STEPS_S, step_methods};
+use analysis::step_accuracy::steady_motion::SteadySchedule;
+use analysis::step_accuracy::step_cost::{self, TimingEffort};
+use analysis::step_accuracy::{averaged_moves, method_row, peers};
+use comparison::StepAccuracy;
 use simulation::runs::RunError;
-use steady_motion::{CONDITIONS, SteadyMeans, SteadySchedule};
-use step_cost::{StepCost, TimingEffort};
 use tilting_forms::TiltingFormsEffort;
 
 /// The number and length of the runs.
@@ -120,48 +97,10 @@ impl StepAccuracyPlan {
         let methods = step_methods(self.steps_s);
         let costs = step_cost::costs(&methods, self.timing)?;
         Ok(StepAccuracy {
-            rows: self.rows(&methods, &costs)?,
+            rows: method_row::rows(&methods, &costs, self.map_samples, self.steady)?,
             averaged: averaged_moves::rows(&self.identification, self.timing.rounds)?,
             peers: peers::peers(self.steps_s, self.timing)?,
             tilting: tilting_forms::rows(&self.tilting)?,
         })
-    }
-
-    fn rows(&self, methods: &[StepMethod], costs: &[[StepCost; 2]]) -> Result<Vec<MethodRow>, RunError> {
-        let [b, c] = [DriveMode::B, DriveMode::C].map(|mode| MapSamples::draw(mode, self.map_samples));
-        let samples = [b?, c?];
-        let reference = self.reference_means()?;
-        // The fine steps come first, because they take longest: no thread is still at work when the others have ended.
-        (methods.par_iter().zip(costs).with_max_len(1))
-            .map(|(&method, &cost)| {
-                let impact_map = |samples| {
-                    let measurement = ImpactMapMeasurement { samples, step_s: method.step_s };
-                    method.apply(AmplitudeVariation::default(), &measurement)
-                };
-                let steady = |index: usize| {
-                    steady_motion::errors(&method, CONDITIONS[index], self.steady, &reference[index])
-                };
-                let burst = |index: usize| BURSTS[index].error(&method);
-                Ok(MethodRow {
-                    method,
-                    cost,
-                    impact_map: [impact_map(&samples[0])?, impact_map(&samples[1])?],
-                    steady: [steady(0)?, steady(1)?, steady(2)?, steady(3)?],
-                    bursts: [burst(0)?, burst(1)?, burst(2)?, burst(3)?],
-                })
-            })
-            .collect()
-    }
-
-    /// The reference's means under each condition, one for each seed.
-    fn reference_means(&self) -> Result<Vec<Vec<SteadyMeans>>, RunError> {
-        let of = |condition| {
-            let seeds = self.steady.of(condition).seeds;
-            (1..=seeds)
-                .into_par_iter()
-                .map(|seed| steady_motion::reference_means(condition, self.steady, seed))
-                .collect()
-        };
-        CONDITIONS.into_iter().map(of).collect()
     }
 }

@@ -11,11 +11,11 @@
 //! tell twice as much, and show that the process noise of a rotor that slides to a stop is too large (correlation
 //! -0.05) and that of the twin by a half percent.
 
+use analysis::filter_errors::comparison::SMOOTHED;
+use analysis::filter_errors::error_sums::ErrorSums;
+use analysis::filter_errors::timeline::TimelinePhase;
 use estimator::{AngleFilter as _, TrackTuning};
-use host_sim::studies::filter_errors::comparison::SMOOTHED;
 use host_sim::studies::filter_errors::consistency::correlation_bound;
-use host_sim::studies::filter_errors::error_sums::ErrorSums;
-use host_sim::studies::filter_errors::timeline::TimelinePhase;
 use host_sim::studies::filter_errors::{ConsistencyOfRuns, FilterErrors, FilterErrorsPlan, FilterErrorsRow};
 use motor_model::{DriveCommand, DriveMode};
 use simulation::Scene;

@@ -3,8 +3,8 @@
 
 use std::path::Path;
 
+use analysis::filter_errors::timeline::TimelinePhase;
 use host_sim::scene_files::load;
-use host_sim::studies::filter_errors::timeline::TimelinePhase;
 use host_sim::studies::filter_errors::{FilterErrors, FilterErrorsPlan, FilterErrorsRow};
 use simulation::Scene;
 use simulation::runs::filter::FILTERS;

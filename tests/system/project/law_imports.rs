@@ -11,7 +11,7 @@ use crate::support::checkout::{files_below, root, text};
 
 /// Every crate of the workspace and the crates of the workspace that it may depend on, tests and build scripts
 /// included.
-const CRATES: [(&str, &[&str]); 15] = [
+const CRATES: [(&str, &[&str]); 16] = [
     ("ud-filter", &[]),
     ("motor-model", &[]),
     ("stator", &[]),
@@ -21,7 +21,11 @@ const CRATES: [(&str, &[&str]); 15] = [
     ("firmware", &["ud-filter", "motor-model", "estimator", "controller", "link"]),
     ("firmware-checks", &["ud-filter", "motor-model", "estimator", "controller", "link", "firmware"]),
     ("simulation", &["ud-filter", "motor-model", "estimator", "controller", "stator"]),
-    ("host-sim", &["ud-filter", "motor-model", "estimator", "controller", "link", "stator", "simulation"]),
+    ("analysis", &["ud-filter", "motor-model", "estimator", "controller", "stator", "simulation"]),
+    (
+        "host-sim",
+        &["ud-filter", "motor-model", "estimator", "controller", "link", "stator", "simulation", "analysis"],
+    ),
     (
         "python",
         &["ud-filter", "motor-model", "estimator", "controller", "link", "stator", "simulation", "host-sim"],
@@ -67,6 +71,7 @@ const CRATES: [(&str, &[&str]); 15] = [
             "firmware",
             "firmware-checks",
             "simulation",
+            "analysis",
             "host-sim",
             "python",
             "benches",

@@ -3,7 +3,7 @@
 use super::tables::{MODES, Told};
 use super::{ErrorBudget, MARKS, RotorBudget};
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
-use crate::studies::filter_errors::timeline::TimelinePhase;
+use analysis::filter_errors::timeline::TimelinePhase;
 
 impl ErrorBudget {
     /// The pictures by their files' names.

@@ -5,8 +5,8 @@ use crate::report::page::PlacedValue;
 use crate::report::table::Table;
 use crate::studies::filter_errors::FilterErrors;
 use crate::studies::filter_errors::tables::{millidegrees, title};
-use crate::studies::filter_errors::timeline::TimelinePhase;
 use crate::studies::filter_errors::told_table::NOTHING;
+use analysis::filter_errors::timeline::TimelinePhase;
 
 /// The modes, as tables and rows name them.
 pub(super) const MODES: [(&str, &str); 2] = [("B", "b"), ("C", "c")];

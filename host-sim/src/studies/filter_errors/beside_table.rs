@@ -1,10 +1,10 @@
 //! The filters on several scenes side by side: errors by phase, what is called good and is not, and what it costs.
 
 use super::tables::{millidegrees, title};
-use super::timeline::TimelinePhase;
 use super::{DRIVES, FilterErrors, FilterTotal};
 use crate::report::table::Table;
 use crate::studies::beside::{SideBySide, side_by_side, worst_of};
+use analysis::filter_errors::timeline::TimelinePhase;
 use simulation::runs::stated_errors::StatedErrors;
 
 /// What the figures of the table mean.

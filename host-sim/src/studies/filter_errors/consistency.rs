@@ -21,7 +21,7 @@
 
 use motor_model::math;
 
-use super::timeline::TimelinePhase;
+use analysis::filter_errors::timeline::TimelinePhase;
 use simulation::math::count::real;
 use simulation::math::statistics::{Spread, chi_square_mean_bounds, normal_quantile, student_quantile};
 

@@ -1,10 +1,10 @@
 //! Error by filter and phase, with the bound, in one picture.
 
-use super::comparison::{GENIES, names};
 use super::tables::title;
-use super::timeline::TimelinePhase;
 use super::{DRIVES, FilterErrors};
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use analysis::filter_errors::comparison::{GENIES, names};
+use analysis::filter_errors::timeline::TimelinePhase;
 
 impl FilterErrors {
     /// The picture.

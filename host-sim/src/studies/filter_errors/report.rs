@@ -1,10 +1,10 @@
 //! The report on the filters' errors: who is least off, and how sure that is.
 
 use super::tables::{millidegrees, title};
-use super::timeline::{self, TimelinePhase};
 use super::{DRIVES, FilterErrors, FilterErrorsRow};
 use crate::report::key_figure::KeyFigure;
 use crate::studies::study_report::StudyReport;
+use analysis::filter_errors::timeline::{self, TimelinePhase};
 use simulation::math::count::real;
 use simulation::runs::filter::FILTERS;
 

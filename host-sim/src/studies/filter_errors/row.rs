@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::consistency::{ConsistencyTest, correlation_bound, mean_square_bounds};
-use super::error_sums::ErrorSums;
-use super::timeline::TimelinePhase;
+use analysis::filter_errors::error_sums::ErrorSums;
+use analysis::filter_errors::timeline::TimelinePhase;
 use simulation::math::statistics::OUTSIDE_95;
 use simulation::runs::stated_errors::StatedErrors;
 

@@ -2,14 +2,14 @@
 
 use serde_json::json;
 
-use super::comparison::names;
 use super::consistency::ConsistencyTest;
-use super::timeline::TimelinePhase;
 use super::{DRIVES, FilterErrors, FilterErrorsRow};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
 use crate::studies::beside::FIRST;
+use analysis::filter_errors::comparison::names;
+use analysis::filter_errors::timeline::TimelinePhase;
 use simulation::runs::filter::SMOOTHER_LAG_MS;
 
 const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction, located impacts; the filters know the \

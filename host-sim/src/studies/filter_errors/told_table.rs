@@ -1,9 +1,9 @@
 //! What the twin's error is made of, for the terminal: the twins that were told parts of the truth.
 
 use super::tables::{millidegrees, title};
-use super::timeline::TimelinePhase;
 use super::{DRIVES, FilterErrors, FilterErrorsRow};
 use crate::report::document::{Block, Table};
+use analysis::filter_errors::timeline::TimelinePhase;
 
 const ABOUT: &str = "Twins that are told parts of the truth, on the same frames and samples: rms of the angle's \
     error in milli-degrees by phase. The noise that the filter assumes of what it is told is taken away; nothing else \

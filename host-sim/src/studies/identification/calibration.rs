@@ -8,14 +8,15 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::emulator::Emulator;
 use super::outcome::interval;
-use super::parameters::{self, Unknown};
-use super::posterior::posterior;
-use super::training::{DrawnMotor, Setting, draw_motors};
-use super::{Effort, IdentificationError, candidates};
+use super::{Effort, IdentificationError};
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
+use analysis::identification::candidates;
+use analysis::identification::emulator::Emulator;
+use analysis::identification::parameters::{self, Unknown};
+use analysis::identification::posterior::posterior;
+use analysis::identification::training::{DrawnMotor, Setting, draw_motors};
 use simulation::math::count::real;
 use simulation::math::statistics::{Spread, binomial_bounds};
 use simulation::runs::RunError;

@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use motor_model::math;
 use serde::Serialize;
 
-use super::candidates::Advice;
-use super::emulator::TOLD;
-use super::parameters::{Prior, Unknown};
 use crate::report::document::{Block, Document, Table};
+use analysis::identification::candidates::Advice;
+use analysis::identification::emulator::TOLD;
+use analysis::identification::parameters::{Prior, Unknown};
 use simulation::math::plain_number::plain;
 use simulation::math::statistics::{Spread, quantile, upper_quantile};
 

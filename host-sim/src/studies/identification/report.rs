@@ -1,10 +1,10 @@
 //! The report on an identification.
 
-use super::emulator::TOLD;
 use super::outcome::{Identification, MeasuredStatistic};
 use crate::report::chart::Figure;
 use crate::report::document::{Block, Document, Table};
 use crate::report::html::HtmlReport;
+use analysis::identification::emulator::TOLD;
 
 /// The report on what was identified in `wall_s` s.
 pub(crate) fn report(found: &Identification, wall_s: f64) -> HtmlReport {

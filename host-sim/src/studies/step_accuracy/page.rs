@@ -2,13 +2,14 @@
 
 use motor_model::ImpactRule;
 
-use super::comparison::{MethodRow, StepAccuracy};
-use super::method::TARGET_STEP_S;
-use super::peers::PeerRow;
+use super::comparison::StepAccuracy;
 use super::targets::TargetResult;
 use super::tilting_table::ABOUT as ABOUT_TILTING;
 use crate::report::page::{ON_ONE_MACHINE, PlacedValue};
 use crate::report::table::Table;
+use analysis::step_accuracy::method::TARGET_STEP_S;
+use analysis::step_accuracy::method_row::MethodRow;
+use analysis::step_accuracy::peers::PeerRow;
 use simulation::runs::simulate::Precision;
 
 /// The methods of the page's table.

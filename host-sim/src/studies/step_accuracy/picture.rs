@@ -2,9 +2,10 @@
 
 use motor_model::ImpactRule;
 
-use super::comparison::{MethodRow, StepAccuracy};
-use super::peers::PeerRow;
+use super::comparison::StepAccuracy;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use analysis::step_accuracy::method_row::MethodRow;
+use analysis::step_accuracy::peers::PeerRow;
 use simulation::runs::simulate::Precision;
 
 /// The four curves: rule, precision, label.

@@ -3,17 +3,18 @@
 use motor_model::DriveMode;
 use serde::Serialize;
 
-use super::averaged_moves::AveragedRow;
-use super::bursts::BURSTS;
-use super::comparison::{MethodRow, StepAccuracy};
-use super::method::MODEL;
-use super::peers::PeerRow;
-use super::steady_motion::{CONDITIONS, Deviation, DriveCondition};
+use super::comparison::StepAccuracy;
 use super::targets::{CostRatio, TargetResult};
 use super::tilting_forms::TiltingFormRow;
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
-use crate::studies::averaged_motor::IdentifiedMotion;
+use analysis::averaged_motor::IdentifiedMotion;
+use analysis::step_accuracy::averaged_moves::AveragedRow;
+use analysis::step_accuracy::bursts::BURSTS;
+use analysis::step_accuracy::method::MODEL;
+use analysis::step_accuracy::method_row::MethodRow;
+use analysis::step_accuracy::peers::PeerRow;
+use analysis::step_accuracy::steady_motion::{CONDITIONS, Deviation, DriveCondition};
 
 const ABOUT: &str = "Method: motor_model::Motor, the nominal motor, Coulomb friction. Reference: an event-driven \
     integrator. Next impact: error of the time of the next impact, and of vertical velocity and rate just after the \

@@ -9,12 +9,13 @@
 use motor_model::{DriveMode, ImpactRule, math};
 use serde::Serialize;
 
-use super::bursts::BURSTS;
-use super::comparison::{MethodRow, StepAccuracy};
-use super::impact_map::ImpactMapErrors;
-use super::method::TARGET_STEP_S;
-use super::peers::{PEER_STEP_S, PeerRow};
-use super::steady_motion::{CONDITIONS, Deviation};
+use super::comparison::StepAccuracy;
+use analysis::step_accuracy::bursts::BURSTS;
+use analysis::step_accuracy::impact_map::ImpactMapErrors;
+use analysis::step_accuracy::method::TARGET_STEP_S;
+use analysis::step_accuracy::method_row::MethodRow;
+use analysis::step_accuracy::peers::{PEER_STEP_S, PeerRow};
+use analysis::step_accuracy::steady_motion::{CONDITIONS, Deviation};
 use simulation::runs::simulate::Precision;
 
 /// Steps, and the largest relative error allowed at each.

@@ -16,8 +16,8 @@ use motor_model::{DriveCommand, DriveMode, Freedom, math};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::step_cost::{StepCost, least_times_s};
 use crate::studies::rotor_models::variants::VARIANTS;
+use analysis::step_accuracy::step_cost::{StepCost, least_times_s};
 use simulation::math::count::real;
 use simulation::math::statistics::Spread;
 use simulation::runs::RunError;

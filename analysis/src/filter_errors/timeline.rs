@@ -73,13 +73,13 @@ const PARTS: [TimelinePart; 9] = [
 ];
 
 /// When a phase is over, in ns.
-pub(crate) fn end_nanos(phase: TimelinePhase) -> u64 {
+pub fn end_nanos(phase: TimelinePhase) -> u64 {
     let after = PARTS.iter().rev().skip_while(|part| part.2 != Some(phase));
     after.map(|part| part.0 * 1_000_000).sum()
 }
 
 /// The drive at `now` in a run of `mode`, and the phase that the instant belongs to.
-pub(crate) fn at(now: Time, mode: DriveMode) -> (DriveCommand, Option<TimelinePhase>) {
+pub fn at(now: Time, mode: DriveMode) -> (DriveCommand, Option<TimelinePhase>) {
     let mut end_nanos = 0;
     for TimelinePart(ms, driven, phase) in &PARTS {
         end_nanos += ms * 1_000_000;

@@ -3,8 +3,8 @@
 use motor_model::math;
 
 use super::{Taker, shortest, windows_since, within};
-use crate::studies::identification::measured::Measured;
-use crate::studies::identification::parts::Span;
+use crate::identification::measured::Measured;
+use crate::identification::parts::Span;
 use simulation::math::statistics::{Accumulator, Line};
 
 /// Times of the structure function in s.

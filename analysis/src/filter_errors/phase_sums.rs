@@ -7,10 +7,10 @@ use super::error_sums::ErrorSums;
 use super::timeline::TimelinePhase;
 
 /// The error sums of one filter, by phase.
-pub(crate) type PhaseSums = [ErrorSums; TimelinePhase::ALL.len()];
+pub type PhaseSums = [ErrorSums; TimelinePhase::ALL.len()];
 
 /// Adds an innovation to the sums of `phase`; without a phase it is not judged.
-pub(super) fn add_innovation<T: Real>(
+pub fn add_innovation<T: Real>(
     sums: &mut PhaseSums,
     phase: Option<TimelinePhase>,
     innovation: &Innovation<T>,

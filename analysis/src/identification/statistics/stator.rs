@@ -13,9 +13,9 @@ use std::f64::consts::TAU;
 use motor_model::{DriveCommand, DriveMode, math};
 
 use super::{Taker, within};
-use crate::math::least_squares::{Fitted, damped_oscillation, fit};
-use crate::studies::identification::measured::Measured;
-use crate::studies::identification::parts::{Kind, Span};
+use crate::identification::measured::Measured;
+use crate::identification::parts::{Kind, Span};
+use crate::least_squares::{Fitted, damped_oscillation, fit};
 use simulation::math::statistics::{Accumulator, Line};
 use simulation::runs::recording::design_frequency_hz;
 use simulation::scene::Scene;

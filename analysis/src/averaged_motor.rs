@@ -46,7 +46,6 @@ impl Default for SpinUpCampaign {
 
 /// The parameters of the averaged motor, each with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[expect(clippy::struct_field_names, reason = "each name ends with its unit")]
 pub struct IdentifiedMotion {
     /// Mean rate in rad/s.
     pub rate_rad_s: f64,

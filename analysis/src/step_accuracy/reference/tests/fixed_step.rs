@@ -4,7 +4,7 @@ use motor_model::{Angle, DriveCommand, DriveMode, Motor, MotorSetup};
 
 use super::super::state::ReferenceState;
 use super::{Events, params, reference};
-use crate::studies::step_accuracy::method::start;
+use crate::step_accuracy::method::start;
 
 fn in_flight() -> ReferenceState {
     ReferenceState { height_m: 2e-6, rate_rad_s: 0.3, phase_turns: 0.1, ..ReferenceState::default() }

@@ -3,7 +3,7 @@
 use motor_model::{DriveCommand, DriveMode, MotorParams, Time, math};
 
 use super::*;
-use crate::studies::identification::measured::Frame;
+use crate::identification::measured::Frame;
 use simulation::runs::recording::{DriveChange, DriveCourse};
 
 fn scene(sets: &[&str]) -> Scene {

@@ -87,7 +87,10 @@ impl Candidate {
 }
 
 /// `scene` without what a stator without a rotor does not have, for a recording of one.
-pub(super) fn instruments_of(scene: &Scene, model: &str) -> Result<Scene, SceneError> {
+///
+/// # Errors
+/// When the scene is refused.
+pub fn instruments_of(scene: &Scene, model: &str) -> Result<Scene, SceneError> {
     if model == "motor" {
         return Ok(scene.clone());
     }

@@ -3,8 +3,8 @@
 use motor_model::math;
 
 use super::{Taker, shortest, windows_since};
-use crate::studies::identification::measured::{Frame, Measured};
-use crate::studies::identification::parts::Span;
+use crate::identification::measured::{Frame, Measured};
+use crate::identification::parts::Span;
 use simulation::math::statistics::{Accumulator, Spread, upper_quantile};
 
 /// Time over which a rate is taken.

@@ -3,7 +3,6 @@
 //! The truth is that of the plant, step by step. What no impact of a tooth explains of a step's change of the rate, as
 //! a sustained contact or the hub, is a contact without a tooth at the end of the step.
 
-use clap::ValueEnum;
 use estimator::{
     AngleFilter as _, CameraFrame, CheckedMotor, FilterKind, LdvSample, ToldParts, TrueContact, TrueTooth,
     TwinFilter, TwinTuning,
@@ -23,19 +22,19 @@ use super::timeline::TimelinePhase;
 const LEAST_KICK_RAD_S: f64 = 1e-9;
 
 /// A part of the truth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ToldPart {
-    /// The tangential velocity of the tooth at each impact
+    /// The tangential velocity of the tooth at each impact.
     ToothVelocity,
-    /// When each impact was between two samples of the vibrometer
+    /// When each impact was between two samples of the vibrometer.
     Instant,
-    /// The rotor's vertical velocity before each impact, and its jump
+    /// The rotor's vertical velocity before each impact, and its jump.
     Jump,
-    /// Which pair of teeth struck, or that none did
+    /// Which pair of teeth struck, or that none did.
     Pair,
-    /// The friction
+    /// The friction.
     Friction,
-    /// Kick and recoil of the impacts that the vibrometer does not detect
+    /// Kick and recoil of the impacts that the vibrometer does not detect.
     SmallImpacts,
 }
 
@@ -44,9 +43,32 @@ pub enum ToldPart {
 pub struct ToldSet(Vec<ToldPart>);
 
 impl ToldPart {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::ToothVelocity, Self::Instant, Self::Jump, Self::Pair, Self::Friction, Self::SmallImpacts];
+
     /// Its word.
-    pub fn name(self) -> String {
-        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ToothVelocity => "tooth-velocity",
+            Self::Instant => "instant",
+            Self::Jump => "jump",
+            Self::Pair => "pair",
+            Self::Friction => "friction",
+            Self::SmallImpacts => "small-impacts",
+        }
+    }
+
+    /// What it tells, for a user.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::ToothVelocity => "The tangential velocity of the tooth at each impact",
+            Self::Instant => "When each impact was between two samples of the vibrometer",
+            Self::Jump => "The rotor's vertical velocity before each impact, and its jump",
+            Self::Pair => "Which pair of teeth struck, or that none did",
+            Self::Friction => "The friction",
+            Self::SmallImpacts => "Kick and recoil of the impacts that the vibrometer does not detect",
+        }
     }
 }
 
@@ -74,7 +96,7 @@ impl ToldSet {
 
     /// The words, joined by `+`.
     pub fn name(&self) -> String {
-        let words: Vec<String> = self.0.iter().map(|part| part.name()).collect();
+        let words: Vec<&str> = self.0.iter().map(|part| part.name()).collect();
         words.join("+")
     }
 
@@ -93,7 +115,10 @@ impl ToldSet {
 }
 
 /// Refuses a scene whose twin would be told nothing.
-pub(super) fn check(scene: &Scene) -> Result<(), SceneError> {
+///
+/// # Errors
+/// When no vibrometer of the scene shows single impacts.
+pub fn check(scene: &Scene) -> Result<(), SceneError> {
     if assumed(scene).best_filter() == FilterKind::Twin {
         return Ok(());
     }

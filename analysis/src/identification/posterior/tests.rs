@@ -1,8 +1,8 @@
 //! The posterior of motors whose statistics are normal and linear in a parameter.
 
 use super::*;
-use crate::studies::identification::parameters::Prior;
-use crate::studies::identification::training::DrawnMotor;
+use crate::identification::parameters::Prior;
+use crate::identification::training::DrawnMotor;
 use motor_model::math;
 use simulation::math::statistics::Spread;
 

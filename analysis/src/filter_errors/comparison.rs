@@ -27,8 +27,7 @@ use simulation::world::plant::Plant;
 use simulation::world::rig::PlantStep;
 
 /// Genies: name, and the share to which each knows the kicks.
-pub(crate) const GENIES: [(&str, f64); 3] =
-    [("genie", 0.0), ("genie_10_percent", 0.1), ("genie_3_percent", 0.03)];
+pub const GENIES: [(&str, f64); 3] = [("genie", 0.0), ("genie_10_percent", 0.1), ("genie_3_percent", 0.03)];
 
 /// Smoothed estimates, [`SMOOTHER_LAG_MS`] later: name, and the filter's place in [`FILTERS`].
 pub const SMOOTHED: [(&str, usize); 3] =
@@ -39,16 +38,19 @@ pub const SMOOTHED: [(&str, usize); 3] =
 const TICKS_PER_COMPARISON: u64 = 7;
 
 /// Names of what is compared, in the order of the sums.
-pub(crate) fn names() -> impl Iterator<Item = &'static str> {
+pub fn names() -> impl Iterator<Item = &'static str> {
     FILTERS.iter().copied().chain(SMOOTHED.iter().map(|of| of.0)).chain(GENIES.iter().map(|genie| genie.0))
 }
 
 /// How far a run goes, and what is compared beside the filters. Sums of what is left out are of no errors.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ComparedScope {
-    pub(crate) last: TimelinePhase,
-    pub(crate) genies: bool,
-    pub(crate) smoothers: bool,
+pub struct ComparedScope {
+    /// The last phase of the run.
+    pub last: TimelinePhase,
+    /// Whether genies run beside.
+    pub genies: bool,
+    /// Whether smoothers are compared.
+    pub smoothers: bool,
 }
 
 impl Default for ComparedScope {
@@ -57,20 +59,22 @@ impl Default for ComparedScope {
     }
 }
 
-/// What a run gives: the error sums of each of [`names`], and what it cost.
+/// What a run gives.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct ComparedRun {
-    pub(crate) sums: Vec<PhaseSums>,
+pub struct ComparedRun {
+    /// The error sums of each of [`names`].
+    pub sums: Vec<PhaseSums>,
     /// The same of twins that were told parts of the truth.
-    pub(crate) told: Vec<(ToldSet, PhaseSums)>,
+    pub told: Vec<(ToldSet, PhaseSums)>,
     /// The walk of the rate that its camera sees.
-    pub(crate) walk: RateWalk,
-    pub(crate) cost: RunCost,
+    pub walk: RateWalk,
+    /// What the run cost.
+    pub cost: RunCost,
 }
 
 /// Time that a run took on this machine.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct RunCost {
+pub struct RunCost {
     ticks: u64,
     /// Of the rig: plant, instruments, and the kicks for the genies.
     rig_s: f64,
@@ -80,12 +84,12 @@ pub(crate) struct RunCost {
 
 impl RunCost {
     /// Time in s of a second of motor time.
-    pub(crate) fn rig_s_per_s(&self) -> f64 {
+    pub fn rig_s_per_s(&self) -> f64 {
         self.rig_s / (real(self.ticks) * TICK_S)
     }
 
     /// Time in ns of a tick of the filter at `place` in [`FILTERS`].
-    pub(crate) fn filter_ns(&self, place: usize) -> f64 {
+    pub fn filter_ns(&self, place: usize) -> f64 {
         1e9 * self.filters_s[place] / real(self.ticks)
     }
 }
@@ -95,7 +99,7 @@ impl RunCost {
 ///
 /// # Errors
 /// When the scene is refused.
-pub(crate) fn run(
+pub fn run(
     scene: &Scene,
     mode: DriveMode,
     told: &[ToldSet],

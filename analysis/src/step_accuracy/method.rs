@@ -39,7 +39,6 @@ pub fn step_methods(steps_s: &[f64]) -> Vec<StepMethod> {
 
 /// An impact, and the rotor just after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(clippy::struct_field_names, reason = "each name ends with its unit")]
 pub struct ImpactRecord {
     /// Time since the start.
     pub time_s: f64,

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::method::TARGET_STEP_S;
 use super::steady_motion::{CONDITIONS, DriveCondition};
 use super::step_cost::{StepCost, least_times_s};
-use crate::studies::averaged_motor::{IdentifiedMotion, SpinUpCampaign};
+use crate::averaged_motor::{IdentifiedMotion, SpinUpCampaign};
 use simulation::math::random_streams::{RandomSource, stream};
 use simulation::runs::RunError;
 

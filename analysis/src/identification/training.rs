@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::measured::{Measured, Recorded};
+use super::measured::Measured;
 use super::parameters::{Unknown, motor_scene};
 use super::parts::Parts;
 use super::statistics::statistics;
@@ -26,10 +26,10 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// That of a recording.
-    pub fn of(recorded: &Recorded, place: u64) -> Self {
-        let parts = Parts::of(&recorded.course, &recorded.measured);
-        Self { scene: recorded.scene.clone(), course: recorded.course.clone(), parts, place }
+    /// That of a recording of `scene` under `course`, which `measured` this.
+    pub fn of(scene: Scene, course: DriveCourse, measured: &Measured, place: u64) -> Self {
+        let parts = Parts::of(&course, measured);
+        Self { scene, course, parts, place }
     }
 
     /// That of a recording by the keys `record.` of `scene`, which nobody has made yet.
@@ -56,6 +56,7 @@ pub struct DrawnMotor {
 
 impl DrawnMotor {
     /// The same motor with the statistics of further recordings of it.
+    #[must_use]
     pub fn beside(&self, other: &Self) -> Self {
         let statistics = [&self.statistics[..], &other.statistics].concat();
         Self { standard: self.standard.clone(), statistics }

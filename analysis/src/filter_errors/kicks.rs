@@ -21,14 +21,14 @@ pub struct Kick {
 
 /// The true motion at an instant.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TrueMotion {
-    pub(super) at: Time,
-    pub(super) angle: Angle,
-    pub(super) rate_rad_s: f64,
+pub struct TrueMotion {
+    pub at: Time,
+    pub angle: Angle,
+    pub rate_rad_s: f64,
 }
 
 impl TrueMotion {
-    pub(super) fn of(rotor: &RotorPoint) -> Self {
+    pub fn of(rotor: &RotorPoint) -> Self {
         Self { at: rotor.at, angle: rotor.angle, rate_rad_s: rotor.rate_rad_s }
     }
 
@@ -48,13 +48,13 @@ impl TrueMotion {
 /// Divides the motion into kicks: one for every step in which teeth changed the rate, one for all steps between two of
 /// those.
 #[derive(Clone, Debug, Default)]
-pub(super) struct FreeMotion {
+pub struct FreeMotion {
     /// Where the steps began in which teeth change nothing.
     free_since: Option<TrueMotion>,
 }
 
 impl FreeMotion {
-    pub(super) fn step(
+    pub fn step(
         &mut self,
         before: &TrueMotion,
         after: &TrueMotion,
@@ -71,7 +71,7 @@ impl FreeMotion {
     }
 
     /// Ends the steps in which teeth changed nothing at `now`.
-    pub(super) fn close(&mut self, now: &TrueMotion, mut emit: impl FnMut(Kick)) {
+    pub fn close(&mut self, now: &TrueMotion, mut emit: impl FnMut(Kick)) {
         if let Some(since) = self.free_since.take() {
             emit(now.kick_since(&since, false));
         }
