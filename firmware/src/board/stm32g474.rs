@@ -20,7 +20,6 @@
 //! The instant of an interrupt is that of the trigger before it, and the sample of that instant has come by then. A new
 //! width acts from the next pulse on.
 
-mod bridge;
 mod clocks;
 mod dma;
 #[cfg(feature = "keep")]
@@ -31,9 +30,9 @@ mod vibrometer;
 use link::ResetCause;
 pub(super) use stm32g4::stm32g474 as pac;
 
-use super::Parts;
+pub use super::bridge::{Enable, Pulses, Width, drive_is_on, drive_off};
 pub use super::watchdog::Watchdog;
-pub use bridge::{Enable, Pulses, Width, drive_is_on, drive_off};
+use super::{Parts, bridge};
 #[cfg(feature = "keep")]
 pub use flash::Flash;
 pub use line::Line;
@@ -41,6 +40,12 @@ pub use vibrometer::Vibrometer;
 
 /// Frequency of the processor and of everything on its bus.
 pub const CLOCK_HZ: u32 = 170_000_000;
+
+/// Frequency of the timers' clock.
+pub(super) const TIMER_HZ: u32 = CLOCK_HZ;
+
+/// Clocks of the timer from a trigger of the converter to the next pulse.
+pub(super) const TRIGGER_ADVANCE: u16 = 50;
 
 impl Parts {
     /// The parts of the board, once; `None` if a clock or the converter does not start. The bridge's pin is set first,
@@ -66,7 +71,7 @@ impl Parts {
         });
         device.SYSCFG.cfgr2().modify(|_, w| w.cll().set_bit());
         device.DBGMCU.apb2_fz().modify(|_, w| w.dbg_tim1_stop().set_bit());
-        let (width, enable, pulses) = bridge::start(device.TIM1);
+        let (width, enable, pulses) = bridge::start(device.TIM1, |w| w.cc1e().set_bit().cc2ne().set_bit());
         device.GPIOA.moder().modify(|_, w| w.moder8().alternate());
         device.GPIOB.afrl().modify(|_, w| w.afrl0().af6());
         device.GPIOB.moder().modify(|_, w| w.moder0().alternate());
