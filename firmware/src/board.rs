@@ -4,7 +4,7 @@
 //!   and memory that stands for a flash.
 //! - `stm32g474`, `stm32h743`, each behind the feature of its name: the same of real boards.
 //! - `hardware`: the one of them that the program is built for.
-//! - `bridge`, `watchdog`: bridge and independent watchdog of the real boards, each in one file for both.
+//! - `bridge`, `line`, `watchdog`: of the real boards, bridge, serial line and independent watchdog.
 //! - `wait`: waits of real boards for their hardware, which end.
 //! - `faults`: handlers of panics and faults, for every program. They switch the drive off, print the reason, and end.
 //! - `crash`: what they keep until the program has started again.
@@ -14,6 +14,8 @@
 mod bridge;
 pub mod crash;
 mod faults;
+#[cfg(feature = "silicon")]
+mod line;
 #[cfg(not(feature = "silicon"))]
 pub mod mps2;
 #[cfg(feature = "stm32g474")]

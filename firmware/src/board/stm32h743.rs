@@ -17,16 +17,17 @@
 mod caches;
 mod clocks;
 mod dma;
-mod line;
 mod vibrometer;
 
-use link::ResetCause;
+use link::{LINE_BAUD, ResetCause};
 pub(super) use stm32h7::stm32h743v as pac;
 
 pub use super::bridge::{Enable, Pulses, Width, drive_is_on, drive_off};
+pub use super::line::Line;
 pub use super::watchdog::Watchdog;
 use super::{Parts, bridge};
-pub use line::Line;
+pub(super) use dma::{RECEIVED, Receiver, SENT, Transmitter};
+pub(super) use pac::USART3 as Uart;
 pub use vibrometer::Vibrometer;
 
 #[cfg(feature = "keep")]
@@ -43,6 +44,9 @@ pub(super) const TRIGGER_ADVANCE: u16 = 70;
 
 /// Frequency of the clock of the serial lines and other slow devices.
 const DEVICE_HZ: u32 = CLOCK_HZ / 4;
+
+/// Clocks of a bit.
+pub(super) const BAUD_DIVIDER: u16 = (DEVICE_HZ / LINE_BAUD) as u16;
 
 impl Parts {
     /// The parts of the board, once; `None` if the supply, a clock or the converter does not start. The bridge's pin is
