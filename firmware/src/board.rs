@@ -4,13 +4,18 @@
 //!   and memory that stands for a flash.
 //! - `stm32g474`, `stm32h743`, each behind the feature of its name: the same of real boards.
 //! - `hardware`: the one of them that the program is built for.
-//! - `wait`, `watchdog`: of real boards, waits for their hardware, which end, and the independent watchdog.
+//! - `bridge`, `line`, `watchdog`: of the real boards, bridge, serial line and independent watchdog.
+//! - `wait`: waits of real boards for their hardware, which end.
 //! - `faults`: handlers of panics and faults, for every program. They switch the drive off, print the reason, and end.
 //! - `crash`: what they keep until the program has started again.
 //! - [`stack_words`], [`stack_word_is_unused`]: what [`crate::stack_gauge`] looks at.
 
+#[cfg(feature = "silicon")]
+mod bridge;
 pub mod crash;
 mod faults;
+#[cfg(feature = "silicon")]
+mod line;
 #[cfg(not(feature = "silicon"))]
 pub mod mps2;
 #[cfg(feature = "stm32g474")]

@@ -20,27 +20,37 @@
 //! The instant of an interrupt is that of the trigger before it, and the sample of that instant has come by then. A new
 //! width acts from the next pulse on.
 
-mod bridge;
 mod clocks;
 mod dma;
 #[cfg(feature = "keep")]
 mod flash;
-mod line;
 mod vibrometer;
 
-use link::ResetCause;
+use link::{LINE_BAUD, ResetCause};
 pub(super) use stm32g4::stm32g474 as pac;
 
-use super::Parts;
+pub use super::bridge::{Enable, Pulses, Width, drive_is_on, drive_off};
+pub use super::line::Line;
 pub use super::watchdog::Watchdog;
-pub use bridge::{Enable, Pulses, Width, drive_is_on, drive_off};
+use super::{Parts, bridge};
+pub(super) use dma::{RECEIVED, Receiver, SENT, Transmitter};
 #[cfg(feature = "keep")]
 pub use flash::Flash;
-pub use line::Line;
+pub(super) use pac::LPUART1 as Uart;
 pub use vibrometer::Vibrometer;
 
 /// Frequency of the processor and of everything on its bus.
 pub const CLOCK_HZ: u32 = 170_000_000;
+
+/// Frequency of the timers' clock.
+pub(super) const TIMER_HZ: u32 = CLOCK_HZ;
+
+/// Clocks of the timer from a trigger of the converter to the next pulse.
+pub(super) const TRIGGER_ADVANCE: u16 = 50;
+
+/// Clocks of a bit times 256.
+#[expect(clippy::cast_possible_truncation, reason = "21,760")]
+pub(super) const BAUD_DIVIDER: u32 = (CLOCK_HZ as u64 * 256 / LINE_BAUD as u64) as u32;
 
 impl Parts {
     /// The parts of the board, once; `None` if a clock or the converter does not start. The bridge's pin is set first,
@@ -66,7 +76,7 @@ impl Parts {
         });
         device.SYSCFG.cfgr2().modify(|_, w| w.cll().set_bit());
         device.DBGMCU.apb2_fz().modify(|_, w| w.dbg_tim1_stop().set_bit());
-        let (width, enable, pulses) = bridge::start(device.TIM1);
+        let (width, enable, pulses) = bridge::start(device.TIM1, |w| w.cc1e().set_bit().cc2ne().set_bit());
         device.GPIOA.moder().modify(|_, w| w.moder8().alternate());
         device.GPIOB.afrl().modify(|_, w| w.afrl0().af6());
         device.GPIOB.moder().modify(|_, w| w.moder0().alternate());
@@ -75,7 +85,7 @@ impl Parts {
             width,
             enable,
             pulses,
-            line: Line::start(device.LPUART1, receiver, transmitter),
+            line: Line::start(device.LPUART1, receiver, transmitter)?,
             vibrometer: Vibrometer::start(&device.ADC1, &device.ADC12_COMMON, samples)?,
             #[cfg(feature = "keep")]
             flash: Flash::new(device.FLASH),

@@ -14,20 +14,20 @@
 //! Pulses, samples and interrupts lie as on an STM32G474 (`stm32g474.rs`). The flash is erased 128 KiB at a time, which
 //! takes longer than a host waits: this board keeps no description.
 
-mod bridge;
 mod caches;
 mod clocks;
 mod dma;
-mod line;
 mod vibrometer;
 
-use link::ResetCause;
+use link::{LINE_BAUD, ResetCause};
 pub(super) use stm32h7::stm32h743v as pac;
 
-use super::Parts;
+pub use super::bridge::{Enable, Pulses, Width, drive_is_on, drive_off};
+pub use super::line::Line;
 pub use super::watchdog::Watchdog;
-pub use bridge::{Enable, Pulses, Width, drive_is_on, drive_off};
-pub use line::Line;
+use super::{Parts, bridge};
+pub(super) use dma::{RECEIVED, Receiver, SENT, Transmitter};
+pub(super) use pac::USART3 as Uart;
 pub use vibrometer::Vibrometer;
 
 #[cfg(feature = "keep")]
@@ -37,10 +37,16 @@ compile_error!("an STM32H743 keeps no description: build without the feature kee
 pub const CLOCK_HZ: u32 = 480_000_000;
 
 /// Frequency of the timers' clock.
-const TIMER_HZ: u32 = CLOCK_HZ / 2;
+pub(super) const TIMER_HZ: u32 = CLOCK_HZ / 2;
+
+/// Clocks of the timer from a trigger of the converter to the next pulse.
+pub(super) const TRIGGER_ADVANCE: u16 = 70;
 
 /// Frequency of the clock of the serial lines and other slow devices.
 const DEVICE_HZ: u32 = CLOCK_HZ / 4;
+
+/// Clocks of a bit.
+pub(super) const BAUD_DIVIDER: u16 = (DEVICE_HZ / LINE_BAUD) as u16;
 
 impl Parts {
     /// The parts of the board, once; `None` if the supply, a clock or the converter does not start. The bridge's pin is
@@ -66,7 +72,7 @@ impl Parts {
         device.GPIOD.afrh().modify(|_, w| w.afr8().af7().afr9().af7());
         device.GPIOD.moder().modify(|_, w| w.moder8().alternate().moder9().alternate());
         device.DBGMCU.apb2fz1().modify(|_, w| w.dbg_tim1().set_bit());
-        let (width, enable, pulses) = bridge::start(device.TIM1);
+        let (width, enable, pulses) = bridge::start(device.TIM1, |w| w.cc1e().set_bit().cc2e().set_bit());
         device.GPIOE.afrh().modify(|_, w| w.afr9().af1().afr11().af1());
         device.GPIOE.moder().modify(|_, w| w.moder9().alternate().moder11().alternate());
         let (samples, receiver, transmitter) = dma::streams(&device.DMAMUX1);

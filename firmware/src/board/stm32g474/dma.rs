@@ -14,17 +14,29 @@ use core::sync::atomic::{AtomicU8, AtomicU16};
 use cortex_m::asm;
 use stm32g4::stm32g474 as pac;
 
+use crate::board::line::{RECEIVED_BYTES, SENT_BYTES};
+
 /// Requests of the devices.
 const ADC1: u8 = 5;
 const LPUART1_RX: u8 = 34;
 const LPUART1_TX: u8 = 35;
 
+/// What the line receives.
+pub static RECEIVED: [AtomicU8; RECEIVED_BYTES] = [const { AtomicU8::new(0) }; RECEIVED_BYTES];
+/// What the line sends.
+pub static SENT: [AtomicU8; SENT_BYTES] = [const { AtomicU8::new(0) }; SENT_BYTES];
+
+/// The channel of the line's receiver.
+pub type Receiver = Channel<1>;
+/// The channel of its transmitter.
+pub type Transmitter = Channel<2>;
+
 /// A channel; `INDEX` 0 is channel 1 of the manual.
 #[derive(Debug)]
-pub(super) struct Channel<const INDEX: usize>(pac::DMA1);
+pub struct Channel<const INDEX: usize>(pac::DMA1);
 
 /// The channels of converter, receiver and transmitter.
-pub(super) fn channels(mux: &pac::DMAMUX) -> (Channel<0>, Channel<1>, Channel<2>) {
+pub(super) fn channels(mux: &pac::DMAMUX) -> (Channel<0>, Receiver, Transmitter) {
     for (index, request) in [ADC1, LPUART1_RX, LPUART1_TX].into_iter().enumerate() {
         // SAFETY: a device's request.
         mux.ccr(index).write(|w| unsafe { w.dmareq_id().bits(request) });
@@ -40,10 +52,12 @@ fn address<T>(of: *const T) -> u32 {
 }
 
 impl<const INDEX: usize> Channel<INDEX> {
-    /// From now on bytes from `register` go into `ring`.
-    pub(super) fn fill_with_bytes<R>(&self, ring: &'static [AtomicU8], register: *const R) {
+    /// From now on bytes from `register` go into `ring`; never `None`.
+    #[expect(clippy::unnecessary_wraps, reason = "a stream of an STM32H743 may fail")]
+    pub fn fill_with_bytes<R>(&self, ring: &'static [AtomicU8], register: *const R) -> Option<()> {
         let channel = self.prepare(address(ring.as_ptr()), ring.len(), address(register));
         channel.cr().write(|w| w.circ().enabled().minc().enabled().pl().high().en().enabled());
+        Some(())
     }
 
     /// From now on half-words from `register` go into `ring`.
@@ -56,22 +70,24 @@ impl<const INDEX: usize> Channel<INDEX> {
     }
 
     /// Whether bytes are still on their way to the register.
-    pub(super) fn is_sending(&self) -> bool {
+    pub fn is_sending(&self) -> bool {
         let channel = self.0.ch(INDEX);
         channel.cr().read().en().is_enabled() && channel.ndtr().read().ndt().bits() != 0
     }
 
-    /// Sends bytes, once the last ones are sent.
-    pub(super) fn send<R>(&self, bytes: &'static [AtomicU8], register: *mut R) {
+    /// Sends bytes, once the last ones are sent; never `None`.
+    #[expect(clippy::unnecessary_wraps, reason = "a stream of an STM32H743 may fail")]
+    pub fn send<R>(&self, bytes: &'static [AtomicU8], register: *mut R) -> Option<()> {
         let channel = self.prepare(address(bytes.as_ptr()), bytes.len(), address(register));
         // The bytes are in memory before the device looks.
         asm::dmb();
         channel.cr().write(|w| w.dir().from_memory().minc().enabled().en().enabled());
+        Some(())
     }
 
     /// Transfers that are left until the ring begins anew.
     #[inline]
-    pub(super) fn left(&self) -> usize {
+    pub fn left(&self) -> usize {
         self.0.ch(INDEX).ndtr().read().ndt().bits().into()
     }
 

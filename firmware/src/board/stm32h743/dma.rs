@@ -15,6 +15,7 @@ use core::sync::atomic::{AtomicU8, AtomicU16, Ordering};
 use cortex_m::asm;
 use stm32h7::stm32h743v as pac;
 
+use crate::board::line::{RECEIVED_BYTES, SENT_BYTES};
 use crate::board::wait::wait_until;
 
 /// Requests of the devices.
@@ -29,12 +30,26 @@ const STOP_MICROS: u32 = 100;
 const FLAGS: u32 = 0b11_1101;
 const FLAGS_BEGIN: [u32; 4] = [0, 6, 16, 22];
 
+/// What the line receives, where the DMA reaches it: `memory.x` places the section.
+// SAFETY: what the section has at the start is a value of the type.
+#[unsafe(link_section = ".dma")]
+pub static RECEIVED: [AtomicU8; RECEIVED_BYTES] = [const { AtomicU8::new(0) }; RECEIVED_BYTES];
+/// What the line sends.
+// SAFETY: as above.
+#[unsafe(link_section = ".dma")]
+pub static SENT: [AtomicU8; SENT_BYTES] = [const { AtomicU8::new(0) }; SENT_BYTES];
+
+/// The stream of the line's receiver.
+pub type Receiver = Stream<1>;
+/// The stream of its transmitter.
+pub type Transmitter = Stream<2>;
+
 /// A stream, 0 to 3.
 #[derive(Debug)]
-pub(super) struct Stream<const INDEX: usize>(pac::DMA1);
+pub struct Stream<const INDEX: usize>(pac::DMA1);
 
 /// The streams of converter, receiver and transmitter.
-pub(super) fn streams(mux: &pac::DMAMUX1) -> (Stream<0>, Stream<1>, Stream<2>) {
+pub(super) fn streams(mux: &pac::DMAMUX1) -> (Stream<0>, Receiver, Transmitter) {
     for (index, request) in [ADC1, USART3_RX, USART3_TX].into_iter().enumerate() {
         // SAFETY: a device's request.
         mux.ccr(index).write(|w| unsafe { w.dmareq_id().bits(request) });
@@ -51,7 +66,7 @@ fn address<T>(of: *const T) -> u32 {
 
 impl<const INDEX: usize> Stream<INDEX> {
     /// From now on bytes from `register` go into `ring`; `None` if the stream does not end what it did.
-    pub(super) fn fill_with_bytes<R>(&self, ring: &'static [AtomicU8], register: *const R) -> Option<()> {
+    pub fn fill_with_bytes<R>(&self, ring: &'static [AtomicU8], register: *const R) -> Option<()> {
         for place in ring {
             place.store(0, Ordering::Relaxed);
         }
@@ -80,12 +95,12 @@ impl<const INDEX: usize> Stream<INDEX> {
     }
 
     /// Whether bytes are still on their way to the register.
-    pub(super) fn is_sending(&self) -> bool {
+    pub fn is_sending(&self) -> bool {
         self.0.st(INDEX).cr().read().en().is_enabled()
     }
 
     /// Sends bytes, once the last ones are sent; `None` as above.
-    pub(super) fn send<R>(&self, bytes: &'static [AtomicU8], register: *mut R) -> Option<()> {
+    pub fn send<R>(&self, bytes: &'static [AtomicU8], register: *mut R) -> Option<()> {
         let stream = self.prepare(address(bytes.as_ptr()), bytes.len(), address(register))?;
         stream.cr().write(|w| w.dir().memory_to_peripheral().minc().incremented().trbuff().set_bit());
         // The bytes are in memory before the device looks.
@@ -96,7 +111,7 @@ impl<const INDEX: usize> Stream<INDEX> {
 
     /// Transfers that are left until the ring begins anew.
     #[inline]
-    pub(super) fn left(&self) -> usize {
+    pub fn left(&self) -> usize {
         self.0.st(INDEX).ndtr().read().ndt().bits().into()
     }
 
