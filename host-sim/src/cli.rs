@@ -54,7 +54,7 @@ use anstyle::{AnsiColor, Style};
 use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand, ValueEnum};
 
 use crate::scene_files::read_response_map;
-use crate::studies::response_map;
+use analysis::response_map;
 use simulation::scene::Scene;
 
 use self::stator::StatorArgs;

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use analysis::response_map;
 use host_sim::cli::in_process;
 use host_sim::scene_files::{self, GALLERY, read_response_map};
-use host_sim::studies::response_map;
 use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString};

@@ -26,6 +26,7 @@ use crate::studies::positioning_trials::{
     self, PositioningTrial, PositioningTrials, Strategy, StrategyTrials,
 };
 use crate::studies::response_map;
+use analysis::response_map::ResponseMapCampaign;
 use simulation::runs::record::Observer as _;
 use simulation::runs::{RunError, position};
 use simulation::scene::{SceneError, response_map_text};
@@ -270,12 +271,13 @@ impl ResponseMapArgs {
         let scene = self.scene.load("response-map", &[])?;
         let file = self.write.as_deref().map(files::Output::create).transpose()?;
         let out = self.out.as_deref().map(files::Output::create).transpose()?;
-        let campaign = response_map::ResponseMapCampaign::new(&scene, self.motors)?;
+        let campaign = ResponseMapCampaign::new(&scene, self.motors)?;
         let bar = progress::bar(campaign.work());
         let map = campaign.run(&|work| bar.inc(work));
         bar.finish_and_clear();
         if let Some(mut file) = file {
-            file.write_all(map.source().as_bytes()).map_err(|source| file.unwritable(source))?;
+            file.write_all(response_map::source(&map).as_bytes())
+                .map_err(|source| file.unwritable(source))?;
             file.publish()?;
         }
         if let Some((mut out, path)) = out.zip(self.out.as_deref()) {
@@ -284,7 +286,7 @@ impl ResponseMapArgs {
             out.write_all(text.as_bytes()).map_err(|source| out.unwritable(source))?;
             out.publish()?;
         }
-        let json = result_json::of(&Request::of_scene("response-map", &scene), &[], &map.json());
-        Ok(files::print(&self.format.of(map.document().text(), json))?)
+        let json = result_json::of(&Request::of_scene("response-map", &scene), &[], &files::json_line(&map));
+        Ok(files::print(&self.format.of(response_map::document(&map).text(), json))?)
     }
 }

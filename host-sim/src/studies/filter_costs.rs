@@ -1,8 +1,8 @@
 //! What each filter costs, beside how far it is off: `host-sim filters`.
 //!
 //! Motors are drawn within Table 1's tolerances and driven at full strength from rest in both modes. What their
-//! instruments deliver is [recorded](mod@recording). Every [`FilterVariant`] of every
-//! [filter](simulation::runs::filter) is [replayed](replay) over the same recordings, in both precisions and with the
+//! instruments deliver is [recorded](analysis::filter_costs::recording). Every [`FilterVariant`] of every
+//! [filter](simulation::runs::filter) is [replayed](analysis::filter_costs::replay) over the same recordings, in both precisions and with the
 //! vibrometer's samples at several rates. A filter with a twin steps it at the rate of the samples.
 //!
 //! | figure | meaning |
@@ -14,19 +14,18 @@
 //! In 10 us of motor time there are a tenth of a frame, one prediction, and samples at the rate of the vibrometer.
 
 mod picture;
-mod recording;
-mod replay;
 mod report;
 mod tables;
 
-use motor_model::{DriveMode, OutOfBounds};
+use motor_model::DriveMode;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::board::instructions::Listing;
+use analysis::filter_costs::FilterVariant;
+use analysis::filter_costs::recording::Recording;
+use analysis::filter_costs::replay::{self, OperationCosts};
 use analysis::filter_errors::error_sums::ErrorSums;
-use recording::Recording;
-use replay::OperationCosts;
 use simulation::runs::RunError;
 use simulation::runs::filter::FILTERS;
 use simulation::runs::simulate::Precision;
@@ -40,15 +39,6 @@ const DRIVES: [(DriveMode, &str); 2] = [(DriveMode::B, "b"), (DriveMode::C, "c")
 
 /// Rates of the vibrometer in Hz, the default's first.
 const SAMPLE_RATES_HZ: [f64; 3] = [200e3, 100e3, 50e3];
-
-/// A filter with its precision.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FilterVariant {
-    /// Its name, as a scene picks it.
-    pub filter: &'static str,
-    /// Its arithmetic.
-    pub precision: Precision,
-}
 
 /// Error and costs of one variant in one mode.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -88,12 +78,11 @@ pub struct FilterCosts {
     pub rows: Vec<FilterCostsRow>,
 }
 
-impl FilterVariant {
-    /// All, by filter and precision.
-    fn all() -> Vec<Self> {
-        let both = |&filter| [Precision::F32, Precision::F64].map(|precision| Self { filter, precision });
-        FILTERS.iter().flat_map(both).collect()
-    }
+/// All variants, by filter and precision.
+fn variants() -> Vec<FilterVariant> {
+    let both =
+        |&filter| [Precision::F32, Precision::F64].map(|precision| FilterVariant { filter, precision });
+    FILTERS.iter().flat_map(both).collect()
 }
 
 impl FilterCostsPlan {
@@ -121,7 +110,7 @@ impl FilterCostsPlan {
         counts: Option<&Listing>,
         progress: &(impl Fn() + Sync),
     ) -> Result<FilterCosts, RunError> {
-        let variants = FilterVariant::all();
+        let variants = variants();
         let mut rows = Vec::new();
         for (mode, drive) in DRIVES {
             let mut of_drive = Vec::new();
@@ -138,7 +127,7 @@ impl FilterCostsPlan {
                         rms_angle_mdeg: sums.rms_angle_mdeg(),
                         rms_rate_rad_s: sums.rms_rate_rad_s(),
                         ns,
-                        instructions: counts.and_then(|counts| variant.instructions(drive, rate_hz, counts)),
+                        instructions: counts.and_then(|counts| instructions(variant, drive, rate_hz, counts)),
                         runs: self.scenes.len() as u64,
                     };
                     of_drive.push((place, row));
@@ -182,25 +171,17 @@ fn recording(scene: &Scene, mode: DriveMode, rate_hz: f64) -> Result<Recording, 
     Recording::make(&scene, mode)
 }
 
-impl FilterVariant {
-    /// The error sums in steady motion.
-    ///
-    /// # Errors
-    /// When the model refuses the motor.
-    pub fn error_sums(&self, recording: &Recording) -> Result<ErrorSums, OutOfBounds> {
-        Ok(match self.precision {
-            Precision::F32 => replay::error_sums(recording.filter::<f32>(self.filter)?, recording),
-            Precision::F64 => replay::error_sums(recording.filter::<f64>(self.filter)?, recording),
-        })
-    }
-
-    /// The instructions of its operations on the microcontroller; `None` where they were not counted.
-    fn instructions(&self, drive: &str, sample_rate_hz: f64, counts: &Listing) -> Option<OperationCosts> {
-        let counted = self.precision == Precision::F32 && sample_rate_hz >= SAMPLE_RATES_HZ[0];
-        counted.then_some(())?;
-        let mean =
-            |operation: &str| Some(counts.find(&format!("{}_{drive}_{operation}", self.filter))?.mean());
-        let [frame, sample, prediction] = ["camera_frame", "vibrometer_sample", "prediction"].map(mean);
-        Some(OperationCosts::new(frame?, sample?, prediction?, sample_rate_hz))
-    }
+/// The instructions of the operations of `variant` on the microcontroller; `None` where they were not counted.
+fn instructions(
+    variant: &FilterVariant,
+    drive: &str,
+    sample_rate_hz: f64,
+    counts: &Listing,
+) -> Option<OperationCosts> {
+    let counted = variant.precision == Precision::F32 && sample_rate_hz >= SAMPLE_RATES_HZ[0];
+    counted.then_some(())?;
+    let mean =
+        |operation: &str| Some(counts.find(&format!("{}_{drive}_{operation}", variant.filter))?.mean());
+    let [frame, sample, prediction] = ["camera_frame", "vibrometer_sample", "prediction"].map(mean);
+    Some(OperationCosts::new(frame?, sample?, prediction?, sample_rate_hz))
 }

@@ -8,7 +8,7 @@
 //! | `plan` | a pilot, and the schedule that it leads to |
 //! | `turning` | the run of the motor under the rate controller; the reference is the angle of its estimator |
 //! | [`simulation::world::instruments::gyroscope`] | samples of the rotor's true turn about its own axis |
-//! | `fit` | generalised least squares: scale factor, bias and what else is unknown, with their covariance |
+//! | [`analysis::gyroscope_fit`] | scale factor, bias and what else is unknown, with their covariance |
 //! | `calibration`, `outcome` | one calibration: its intervals, its fit, what became of it |
 //! | `parts` | what each cause makes of the error, which only the simulation knows |
 //! | `beside_table` | several scenes side by side |
@@ -29,7 +29,6 @@
 mod beside_table;
 mod budget;
 mod calibration;
-mod fit;
 mod outcome;
 mod parts;
 mod picture;

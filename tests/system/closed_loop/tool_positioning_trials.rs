@@ -140,8 +140,8 @@ fn dual_a_plant_with_longer_steps_at_rest_is_the_same_plant() {
 /// both.
 #[test]
 fn dual_the_compiled_response_map_is_what_the_plant_does() {
+    use analysis::response_map::ResponseMapCampaign;
     use controller::response_map::{Family, ResponseMap};
-    use host_sim::studies::response_map::ResponseMapCampaign;
     use simulation::Scene;
 
     const MOTORS: u64 = 40;

@@ -28,7 +28,17 @@ const CRATES: [(&str, &[&str]); 16] = [
     ),
     (
         "python",
-        &["ud-filter", "motor-model", "estimator", "controller", "link", "stator", "simulation", "host-sim"],
+        &[
+            "ud-filter",
+            "motor-model",
+            "estimator",
+            "controller",
+            "link",
+            "stator",
+            "simulation",
+            "analysis",
+            "host-sim",
+        ],
     ),
     (
         "web",

@@ -2,11 +2,11 @@
 
 use serde_json::json;
 
-use super::replay::OperationCosts;
 use super::{DRIVES, FilterCosts, FilterCostsRow, SAMPLE_RATES_HZ};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
+use analysis::filter_costs::replay::OperationCosts;
 use simulation::runs::simulate::Precision;
 
 const ABOUT: &str = "Motors drawn within Table 1's tolerances, driven at full strength; the filters know the nominal \

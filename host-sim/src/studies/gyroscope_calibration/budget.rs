@@ -1,10 +1,10 @@
 //! The budget of the scale factor as a table and as a panel: by cause what the fit states, and what the cause made of
 //! the error in the simulation.
 
-use super::fit::CAUSES;
 use super::{CalibrationOutcome, CalibrationSummary, Calibrations};
 use crate::report::chart::{Axis, Colour, Panel, Series};
 use crate::report::document::Table;
+use analysis::gyroscope_fit::CAUSES;
 
 /// What the lines mean.
 pub(super) const ABOUT: &str = "Stated: the standard deviation by that cause, as the fit states it without the truth. \

@@ -2,11 +2,11 @@
 
 use motor_model::math;
 
-use super::fit::{CalibrationFit, FitInterval, StatedBudget, Unknowns, unknowns};
 use super::outcome::CalibrationOutcome;
 use super::parts::PartsByTruth;
 use super::schedule::TurnSchedule;
 use super::turning::{Anchor, TurningRun};
+use analysis::gyroscope_fit::{CalibrationFit, FitInterval, StatedBudget, Unknowns, unknowns};
 use simulation::math::count::real;
 use simulation::math::statistics::root_mean_square;
 use simulation::scene::Scene;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::fit::CAUSES;
+use analysis::gyroscope_fit::CAUSES;
 use simulation::math::statistics::NORMAL_95;
 
 /// 95 % of chi-square with two degrees of freedom: `-2 ln 0.05`.

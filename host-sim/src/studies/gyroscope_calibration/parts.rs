@@ -4,8 +4,8 @@
 //! each interval, and the gains of the fit make an error of that.
 
 use super::calibration::Bench;
-use super::fit::CalibrationFit;
 use super::turning::Anchor;
+use analysis::gyroscope_fit::CalibrationFit;
 use motor_model::Angle;
 use simulation::world::body_turn::BodyTurn;
 use simulation::world::instruments::gyroscope::Gyroscope;

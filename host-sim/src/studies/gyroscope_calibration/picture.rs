@@ -3,7 +3,9 @@
 
 use motor_model::math;
 
-use super::{Calibration, CalibrationOutcome, Calibrations, fit::FitInterval};
+use analysis::gyroscope_fit::FitInterval;
+
+use super::{Calibration, CalibrationOutcome, Calibrations};
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use simulation::math::count::real;
 use simulation::math::statistics::NORMAL_95;

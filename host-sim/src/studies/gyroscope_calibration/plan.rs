@@ -24,9 +24,9 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
 use super::calibration::{Bench, intervals};
-use super::fit::{CalibrationFit, FitInterval};
 use super::schedule::TurnSchedule;
 use super::turning::{TurningMotor, TurningRun};
+use analysis::gyroscope_fit::{CalibrationFit, FitInterval};
 use simulation::math::statistics::NORMAL_95;
 use simulation::runs::RunError;
 use simulation::scene::Scene;

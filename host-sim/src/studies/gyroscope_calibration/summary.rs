@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::Calibrations;
-use super::fit::CAUSES;
 use super::outcome::CalibrationOutcome;
+use analysis::gyroscope_fit::CAUSES;
 use simulation::math::count::real;
 use simulation::math::statistics::{binomial_bounds, root_mean_square};
 

@@ -3,7 +3,7 @@
 use controller::response_map::Family;
 use motor_model::DriveCommand;
 
-use crate::studies::response_map::ResponseMapCampaign;
+use analysis::response_map::ResponseMapCampaign;
 use simulation::runs::RunError;
 use simulation::scene::Scene;
 

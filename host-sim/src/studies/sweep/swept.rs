@@ -9,9 +9,10 @@ use crate::studies::fault_campaign::FaultCampaignPlan;
 use crate::studies::filter_errors::FilterErrorsPlan;
 use crate::studies::gyroscope_calibration::CalibrationPlan;
 use crate::studies::held_rates::{self, HeldRates};
+use crate::studies::open_loop;
 use crate::studies::positioning_trials::{PositioningTrials, PositioningTrialsPlan, Strategy};
 use crate::studies::shard::Shard;
-use crate::studies::{open_loop, response_map};
+use analysis::response_map;
 use simulation::runs::{RunError, position};
 use simulation::scene::Scene;
 

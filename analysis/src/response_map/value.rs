@@ -4,7 +4,6 @@ use controller::ResponseMap;
 use controller::response_map::{Burst, Cruise, Family, MapError, RAD_PER_MDEG, direction};
 use motor_model::MotorParams;
 
-use super::source::rounded;
 use super::{IdentifiedResponseMap, ResponseMapCampaign};
 use simulation::runs::RunError;
 use simulation::scene::{Scene, SceneError};
@@ -21,7 +20,7 @@ impl IdentifiedResponseMap {
     ///
     /// # Errors
     /// When what is left breaks a rule of maps: then the motors of the design are of no use.
-    pub(crate) fn value(&self) -> Result<ResponseMap, MapError> {
+    pub fn value(&self) -> Result<ResponseMap, MapError> {
         let mut cruises: Vec<Cruise> = Vec::new();
         for row in &self.cruises {
             let rate = direction(row.mode) * rounded(row.rate_rad_s);
@@ -95,4 +94,9 @@ pub fn of_design(
 /// Whether the design of `scene` is that of Table 1, whose map is compiled in.
 pub fn is_table_1(scene: &Scene) -> bool {
     scene.motor_params() == MotorParams::nominal()
+}
+
+/// `value` with four significant digits.
+pub fn rounded(value: f64) -> f32 {
+    format!("{value:.3e}").parse().unwrap_or_default()
 }

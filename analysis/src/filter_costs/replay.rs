@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::FilterVariant;
 use super::recording::{RecordedEvent, Recording};
-use analysis::filter_errors::error_sums::ErrorSums;
+use crate::filter_errors::error_sums::ErrorSums;
 use simulation::math::count::real;
 use simulation::runs::filter::AnyFilter;
 use simulation::runs::simulate::Precision;
