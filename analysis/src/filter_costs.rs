@@ -1,5 +1,5 @@
-//! What each filter costs on this machine, and how far it is off: a [recording](mod@recording) of a motor's instruments,
-//! and filters [replayed](replay) over it.
+//! What each filter costs on this machine, and how far it is off: a [recording](mod@recording) of a motor's
+//! instruments, and filters [replayed](replay) over it.
 
 pub mod recording;
 pub mod replay;

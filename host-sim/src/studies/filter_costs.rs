@@ -2,8 +2,9 @@
 //!
 //! Motors are drawn within Table 1's tolerances and driven at full strength from rest in both modes. What their
 //! instruments deliver is [recorded](analysis::filter_costs::recording). Every [`FilterVariant`] of every
-//! [filter](simulation::runs::filter) is [replayed](analysis::filter_costs::replay) over the same recordings, in both precisions and with the
-//! vibrometer's samples at several rates. A filter with a twin steps it at the rate of the samples.
+//! [filter](simulation::runs::filter) is [replayed](analysis::filter_costs::replay) over the same recordings, in both
+//! precisions and with the vibrometer's samples at several rates. A filter with a twin steps it at the rate of the
+//! samples.
 //!
 //! | figure | meaning |
 //! |---|---|

@@ -1,11 +1,11 @@
 //! How far the filters are off the truth, phase by phase, beside a lower bound: `host-sim estimate`.
 //!
-//! Motors are drawn within Table 1's tolerances ([`simulation::world::plant`]) and driven through one [`timeline`](analysis::filter_errors::timeline) in
+//! Motors are drawn within Table 1's tolerances ([`simulation::world::plant`]) and driven through one [`timeline`] in
 //! both modes. All [filters](simulation::runs::filter) and the genies run on the same frames and samples, every tick of
-//! 10 us. Every 70 us their estimates are compared with the truth ([`analysis::filter_errors::comparison`]), and the errors are summed by phase
+//! 10 us. Every 70 us their estimates are compared with the truth ([`comparison`]), and the errors are summed by phase
 //! ([`analysis::filter_errors::error_sums`]). The scene's settings apply, above all those of the instruments.
 //!
-//! Twins that are told parts of the truth run beside, if some are asked for ([`analysis::filter_errors::told`]): what not knowing them costs.
+//! Twins that are told parts of the truth run beside, if some are asked for ([`told`]): what not knowing them costs.
 //!
 //! Rows whose name ends in `_smoothed` are of angle and rate [`simulation::runs::filter::SMOOTHER_LAG_MS`] ago, by a
 //! filter's smoother. They have no innovations of their own.

@@ -1,7 +1,7 @@
 //! A motor's parameters from recordings of it: `host-sim identify`.
 //!
-//! Impact by impact the motion is chaotic, and no simulation repeats a recording. What repeats is its statistics. So, with
-//! [`analysis::identification`]:
+//! Impact by impact the motion is chaotic, and no simulation repeats a recording. What repeats is its statistics. So,
+//! with [`analysis::identification`]:
 //!
 //! ```text
 //! recordings ---> statistics s
