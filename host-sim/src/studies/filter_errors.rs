@@ -42,17 +42,17 @@ mod row;
 pub(crate) mod tables;
 pub(crate) mod told_table;
 
-use analysis::filter_errors::comparison::{self, ComparedRun, ComparedScope, names};
-use analysis::filter_errors::error_sums::ErrorSums;
-use analysis::filter_errors::rate_walk::RateWalk;
-use analysis::filter_errors::timeline::{self, TimelinePhase};
-use analysis::filter_errors::told::{self, ToldPart, ToldSet};
 use motor_model::DriveMode;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::studies::beside::Beside;
 use crate::studies::shard::Shard;
+use analysis::filter_errors::comparison::{self, ComparedRun, ComparedScope, names};
+use analysis::filter_errors::error_sums::ErrorSums;
+use analysis::filter_errors::rate_walk::RateWalk;
+use analysis::filter_errors::timeline::{self, TimelinePhase};
+use analysis::filter_errors::told::{self, ToldPart, ToldSet};
 pub use row::{ConsistencyOfRuns, FilterErrorsRow};
 use simulation::runs::RunError;
 use simulation::runs::filter::FILTERS;

@@ -35,6 +35,8 @@ pub(crate) use report::report;
 
 use std::collections::BTreeMap;
 
+use motor_model::math;
+
 use analysis::identification::candidates::{self, Advice};
 use analysis::identification::emulator::{self, Emulator, TOLD, of_told, quadratic};
 use analysis::identification::parameters::{self, Unknown};
@@ -42,8 +44,6 @@ use analysis::identification::posterior;
 use analysis::identification::ridge::{Ridge, outputs};
 use analysis::identification::statistics::{self, Statistic};
 use analysis::identification::training::{self, DrawnMotor, Setting};
-use motor_model::math;
-
 use simulation::math::statistics::Spread;
 use simulation::scene::RotorModel;
 use simulation::world::plant::Plant;

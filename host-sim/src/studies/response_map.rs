@@ -4,9 +4,8 @@ use std::fmt::Write as _;
 
 use controller::response_map::Family;
 
-use analysis::response_map::{BurstRow, IdentifiedResponseMap, rounded};
-
 use crate::report::document::{Block, Document, Table};
+use analysis::response_map::{BurstRow, IdentifiedResponseMap, rounded};
 
 /// The module `controller::response_map::table`, as `rustfmt` leaves it.
 pub(crate) fn source(map: &IdentifiedResponseMap) -> String {

@@ -3,10 +3,9 @@
 
 use motor_model::math;
 
-use analysis::gyroscope_fit::FitInterval;
-
 use super::{Calibration, CalibrationOutcome, Calibrations};
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use analysis::gyroscope_fit::FitInterval;
 use simulation::math::count::real;
 use simulation::math::statistics::NORMAL_95;
 use simulation::world::instruments::gyroscope::noise::TimeSpan;

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use analysis::identification::measured::Measured;
-use analysis::identification::training::Setting;
 use motor_model::{Angle, Time};
 
 use super::IdentificationError;
 use crate::log::{LogError, LogMessage, LogPart, open};
+use analysis::identification::measured::Measured;
+use analysis::identification::training::Setting;
 use simulation::runs::recording::{DriveChange, DriveCourse};
 use simulation::scene::Scene;
 

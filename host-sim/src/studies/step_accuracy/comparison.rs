@@ -1,11 +1,11 @@
 //! The result of the study: a row for each method, the averaged motor, and other integrators.
 
-use analysis::step_accuracy::averaged_moves::AveragedRow;
-use analysis::step_accuracy::method_row::MethodRow;
-use analysis::step_accuracy::peers::PeerRow;
 use serde::Serialize;
 
 use super::tilting_forms::TiltingFormRow;
+use analysis::step_accuracy::averaged_moves::AveragedRow;
+use analysis::step_accuracy::method_row::MethodRow;
+use analysis::step_accuracy::peers::PeerRow;
 
 /// The result of the study.
 #[derive(Clone, Debug, Serialize)]
