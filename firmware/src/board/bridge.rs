@@ -34,7 +34,7 @@ use crate::amplifier::Cutoff;
 const PULSE: u16 = (TIMER_HZ / 200_000) as u16;
 
 /// Where in a pulse the converter is triggered. It holds its input before the next pulse begins; the present pulse has
-/// ended, unless it is wider than 0.94 of the whole.
+/// ended, unless it is wider than 0.94 (G474) or 0.92 (H743) of the whole.
 const SAMPLE: u16 = PULSE - TRIGGER_ADVANCE;
 
 /// The filter of the break input: eight samples at [`TIMER_HZ`], 50 ns at most.

@@ -45,7 +45,8 @@ pub const CLOCK_HZ: u32 = 170_000_000;
 /// Frequency of the timers' clock.
 pub(super) const TIMER_HZ: u32 = CLOCK_HZ;
 
-/// Clocks of the timer from a trigger of the converter to the next pulse.
+/// Clocks of the timer from a trigger of the converter to the next pulse, 294 ns: of the converter's clocks of 24 ns at
+/// most 2.5 pass until it samples (data sheet, trigger latency), and 6.5 while it does.
 pub(super) const TRIGGER_ADVANCE: u16 = 50;
 
 /// Clocks of a bit times 256.

@@ -39,8 +39,8 @@ pub const CLOCK_HZ: u32 = 480_000_000;
 /// Frequency of the timers' clock.
 pub(super) const TIMER_HZ: u32 = CLOCK_HZ / 2;
 
-/// Clocks of the timer from a trigger of the converter to the next pulse: 375 ns, of which the converter takes 83 ns at
-/// most until it samples, and 283 ns to sample (8.5 of its clocks; RM0433, 25.4.12).
+/// Clocks of the timer from a trigger of the converter to the next pulse, 375 ns: of the converter's clocks of 33 ns at
+/// most 2.5 pass until it samples (data sheet, trigger latency), and 8.5 while it does.
 pub(super) const TRIGGER_ADVANCE: u16 = 90;
 
 /// Frequency of the clock of the serial lines and other slow devices.

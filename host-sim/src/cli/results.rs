@@ -25,6 +25,7 @@ use crate::studies::error_budget::{BudgetRotor, ErrorBudget};
 use crate::studies::fault_campaign::{FaultCampaign, FaultCampaignPlan};
 use crate::studies::identification::{self, Calibration, CalibrationPlan};
 use crate::studies::instrument_grid::InstrumentGridPlan;
+use crate::studies::positioning_trials::tolerances::ToleranceTrials;
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::rotor_models::RotorModelsPlan;
 use crate::studies::shard::Shard;
@@ -203,9 +204,16 @@ fn positioning_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>,
             positioning_trials::PositioningTrialsPlan::new(scene, Strategy::Planned, effort.tilting_trials);
         plan?.run(&|_| ())
     })?;
+    let height_only = BesideScene { name: tilting::HEIGHT_ONLY.to_owned(), scene: scene.clone() };
+    let set_f = tilting::of_many_motors(scene, 1)?.into_iter().map(|set_f| (set_f, effort.tilting_trials));
+    let at_tolerances: Vec<_> =
+        std::iter::once((height_only, effort.tolerance_trials)).chain(set_f).collect();
+    let tolerances = ToleranceTrials::run(&at_tolerances)?;
     let alone = positioning_trials::PositioningTrials::alone(scene, trials);
     let found = positioning_trials::PositioningTrials { others: others?, beside, ..alone };
-    Ok(found.page_values(tilting::HEIGHT_ONLY))
+    let mut values = found.page_values(tilting::HEIGHT_ONLY);
+    values.push(tolerances.page_value());
+    Ok(values)
 }
 
 fn calibration_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {

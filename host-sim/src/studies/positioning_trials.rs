@@ -35,6 +35,7 @@
 //! | `summary` | the figures of a set of trials |
 //! | `beside_table` | the controller on several scenes side by side |
 //! | `promise_table` | the time that was promised beside the time taken |
+//! | [`tolerances`] | the same moves at several tolerances |
 //! | `tables`, `picture`, `report` | what is shown of them |
 
 mod baselines;
@@ -45,6 +46,7 @@ mod promise_table;
 mod report;
 mod summary;
 mod tables;
+pub mod tolerances;
 mod trial;
 
 use std::convert::Infallible;

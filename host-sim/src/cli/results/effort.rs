@@ -27,6 +27,8 @@ pub(super) struct Effort {
     pub(super) trials: u64,
     /// Moves by each other strategy and filter.
     pub(super) compared_trials: u64,
+    /// Moves at each tolerance.
+    pub(super) tolerance_trials: u64,
     /// Motors of each bench of instruments, and what the names of the benches contain.
     pub(super) grid_motors: u64,
     pub(super) grid_benches: &'static str,
@@ -67,6 +69,7 @@ impl Effort {
         cost_motors: 20,
         trials: 10_000,
         compared_trials: 200,
+        tolerance_trials: 1000,
         grid_motors: 20,
         grid_benches: "",
         faulty_runs: 10_000,
@@ -95,6 +98,7 @@ impl Effort {
         cost_motors: 1,
         trials: 20,
         compared_trials: 2,
+        tolerance_trials: 2,
         grid_motors: 1,
         grid_benches: "30,000 frames/s",
         faulty_runs: 5,
