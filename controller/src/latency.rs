@@ -6,7 +6,7 @@
 //! ```
 //!
 //! The `n` ticks between are the processor's: the work of a tick may take that long, if a tick takes less than its
-//! period on average. To a filter with a model of the stator an impact brings the work of some ticks, and the ticks
+//! period on average. To a filter with a model of the stator an impact brings the work of ten ticks, and the ticks
 //! after it bring little. What the loop does is a function of the measurements alone, however long each tick takes: all
 //! commands act after the same time, and the filter is told of each when it acts.
 
@@ -15,9 +15,8 @@ use motor_model::Time;
 
 use crate::tick::TICK_NANOS;
 
-/// Longest latency of a loop in ticks: 0.4 ms. The twin needs most, 33 on a processor that does 4320 instructions in a
-/// tick; the fastest motor of Table 1 turns by 0.4 degrees meanwhile.
-pub const LATENCY_TICKS_MAX: usize = 40;
+/// Longest latency of a loop in ticks: a period of the slower drive.
+pub const LATENCY_TICKS_MAX: usize = 16;
 
 /// When a command acts that is decided at `now`.
 pub(crate) fn acts_at(now: Time, latency_ticks: usize) -> Time {
