@@ -66,6 +66,7 @@ const CRATES: [(&str, &[&str]); 16] = [
             "stator",
             "firmware",
             "simulation",
+            "analysis",
             "host-sim",
         ],
     ),
