@@ -205,9 +205,9 @@ fn positioning_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>,
         plan?.run(&|_| ())
     })?;
     let height_only = BesideScene { name: tilting::HEIGHT_ONLY.to_owned(), scene: scene.clone() };
-    let set_f = tilting::of_many_motors(scene, 1)?.into_iter().map(|set_f| (set_f, effort.tilting_trials));
+    let set_f = tilting::of_many_motors(scene, 1)?;
     let at_tolerances: Vec<_> =
-        std::iter::once((height_only, effort.tolerance_trials)).chain(set_f).collect();
+        std::iter::once(height_only).chain(set_f).zip(effort.tolerance_trials).collect();
     let tolerances = ToleranceTrials::run(&at_tolerances)?;
     let alone = positioning_trials::PositioningTrials::alone(scene, trials);
     let found = positioning_trials::PositioningTrials { others: others?, beside, ..alone };

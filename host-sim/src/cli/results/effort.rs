@@ -27,8 +27,8 @@ pub(super) struct Effort {
     pub(super) trials: u64,
     /// Moves by each other strategy and filter.
     pub(super) compared_trials: u64,
-    /// Moves at each tolerance.
-    pub(super) tolerance_trials: u64,
+    /// Moves at each tolerance, of the height-only rotor and of one that tilts.
+    pub(super) tolerance_trials: [u64; 2],
     /// Motors of each bench of instruments, and what the names of the benches contain.
     pub(super) grid_motors: u64,
     pub(super) grid_benches: &'static str,
@@ -69,7 +69,7 @@ impl Effort {
         cost_motors: 20,
         trials: 10_000,
         compared_trials: 200,
-        tolerance_trials: 1000,
+        tolerance_trials: [400, 20],
         grid_motors: 20,
         grid_benches: "",
         faulty_runs: 10_000,
@@ -98,7 +98,7 @@ impl Effort {
         cost_motors: 1,
         trials: 20,
         compared_trials: 2,
-        tolerance_trials: 2,
+        tolerance_trials: [2, 1],
         grid_motors: 1,
         grid_benches: "30,000 frames/s",
         faulty_runs: 5,
