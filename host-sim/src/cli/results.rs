@@ -206,8 +206,8 @@ fn positioning_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>,
     })?;
     let height_only = BesideScene { name: tilting::HEIGHT_ONLY.to_owned(), scene: scene.clone() };
     let set_f = tilting::of_many_motors(scene, 1)?;
-    let at_tolerances: Vec<_> =
-        std::iter::once(height_only).chain(set_f).zip(effort.tolerance_trials).collect();
+    let scenes = std::iter::once(height_only).chain(set_f);
+    let at_tolerances: Vec<_> = scenes.zip(effort.tolerance_trials.map(u64::from)).collect();
     let tolerances = ToleranceTrials::run(&at_tolerances)?;
     let alone = positioning_trials::PositioningTrials::alone(scene, trials);
     let found = positioning_trials::PositioningTrials { others: others?, beside, ..alone };

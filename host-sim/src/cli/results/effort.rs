@@ -28,7 +28,7 @@ pub(super) struct Effort {
     /// Moves by each other strategy and filter.
     pub(super) compared_trials: u64,
     /// Moves at each tolerance, of the height-only rotor and of one that tilts.
-    pub(super) tolerance_trials: [u64; 2],
+    pub(super) tolerance_trials: [u32; 2],
     /// Motors of each bench of instruments, and what the names of the benches contain.
     pub(super) grid_motors: u64,
     pub(super) grid_benches: &'static str,
