@@ -86,7 +86,7 @@ check_firmware() {
     if [[ -d $(rustc --print sysroot)/lib/rustlib/$target/lib ]]; then
         lint() { cargo clippy --profile firmware --target "$target" "$@" -- -D warnings; }
         lint --package firmware --package firmware-checks --lib --bins
-        local h743=(--no-default-features --features stm32h743,impact_aided,twin)
+        local h743=(--no-default-features --features stm32h743,commissioning,impact_aided,twin)
         lint --package firmware --lib --bin board --features stm32g474
         lint --package firmware --lib --bin board "${h743[@]}"
         # The filter core with its optional parts, and without those that are on by default.

@@ -258,7 +258,12 @@ pub fn fuse<F: AngleFilter<f32>>(filter: &mut F, now: Time, ports: &mut impl Sen
 
 /// The same with the estimate for `instant`: when the command acts that is decided by it.
 #[inline]
-fn fuse_for<F: AngleFilter<f32>>(filter: &mut F, now: Time, instant: Time, ports: &mut impl Sense) -> Fused {
+pub(crate) fn fuse_for<F: AngleFilter<f32>>(
+    filter: &mut F,
+    now: Time,
+    instant: Time,
+    ports: &mut impl Sense,
+) -> Fused {
     for _ in 0..LDV_SAMPLES_PER_TICK_MAX {
         let Some(sample) = ports.ldv_sample() else { break };
         filter.update_ldv(&sample);

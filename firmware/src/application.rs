@@ -23,8 +23,9 @@
 //! |---|---|
 //! | this one | session, states and messages |
 //! | `description` | what the host tells before a move: instruments, motor, map, configuration |
-//! | `configured_move` | the bench as the host describes it, and the move or the rate that is configured on it |
+//! | `configured_move` | the bench as the host describes it, and the task that is configured on it |
 //! | `configured_rate` | the rate, and its end |
+//! | `configured_experiments`, `experiment` | the experiments, which the host orders one by one |
 //! | `deadlines` | ticks that ended late, and ticks that were lost |
 //! | `forecast` | what a move will take, asked before it is configured |
 //! | `retarget` | another target for the move under way |
@@ -35,10 +36,16 @@
 //! | `measurements`, `ports` | the queues of measurements until the next tick, and what a tick sees of the board |
 
 mod by_hand;
+#[cfg(feature = "commissioning")]
+mod configured_experiments;
+#[cfg(not(feature = "commissioning"))]
+#[path = "application/no_experiments.rs"]
+mod configured_experiments;
 mod configured_move;
 mod configured_rate;
 mod deadlines;
 mod description;
+mod experiment;
 mod forecast;
 mod kept;
 mod map_memory;
@@ -65,7 +72,7 @@ use crate::design::DesignedDrive;
 use crate::loop_report::LoopReport;
 use crate::telemetry::{ArmingState, Entry, Telemetry};
 pub use configured_move::MoveMemory;
-use configured_move::{Asked, Bench, Configured, Move};
+use configured_move::{Asked, Bench, Configured, Decisions, Move};
 pub use deadlines::OVERRUNS_MAX;
 use kept::StoreRequest;
 use measurements::MeasurementQueues;
@@ -81,11 +88,11 @@ const WELCOME: BoardMessage = BoardMessage::Welcome { tick_nanos: PositionLoop::
 /// What the loop may do.
 #[derive(Debug)]
 enum State {
-    /// Not armed. If a move or a rate is configured, its filter has no measurement yet.
+    /// Not armed. If a task is configured, its filter has no measurement yet.
     Safe,
     /// Driven by hand. Nothing is configured.
     Jogging(DriveCommand),
-    /// The configured move or rate runs.
+    /// The configured task runs.
     Armed,
     /// Arming is refused until a stop.
     Latched(BoardFault),
@@ -303,7 +310,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             return None;
         }
         let Self { state, memory, measurements, amplifier, .. } = self;
-        let MoveMemory { configured, filter, map, moves_in_flight, rates_in_flight } = &mut **memory;
+        let MoveMemory { configured, filter, map, in_flight } = &mut **memory;
         let (State::Armed, Some(configured), Some(filter), Ok(map)) = (state, configured, filter, map.map())
         else {
             amplifier.switch_off();
@@ -311,11 +318,21 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         };
         let now = time(self.elapsed_ticks);
         let ports = &mut Ports { measurements, amplifier };
-        Some(match configured {
-            Configured::Move(Move { positioning, .. }) => {
-                LoopReport::Move(controller::tick_by(map, filter, positioning, moves_in_flight, now, ports))
+        Some(match (configured, in_flight) {
+            (Configured::Move(Move { positioning, .. }), Decisions::Move(in_flight)) => {
+                LoopReport::Move(controller::tick_by(map, filter, positioning, in_flight, now, ports))
             }
-            Configured::Rate(rate) => rate.tick(map, filter, rates_in_flight, now, ports),
+            (Configured::Rate(rate), Decisions::Rate(in_flight)) => {
+                rate.tick(map, filter, in_flight, now, ports)
+            }
+            (Configured::Experiments(experiments), Decisions::Experiments(in_flight)) => {
+                experiments.tick(filter, in_flight, now, ports)
+            }
+            // Not armed so.
+            _ => {
+                ports.amplifier.switch_off();
+                return None;
+            }
         })
     }
 
@@ -419,6 +436,9 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             }
             HostMessage::Configure(configuration) => self.configure(Asked::Move(*configuration)),
             HostMessage::ConfigureRate(configuration) => self.configure(Asked::Rate(*configuration)),
+            HostMessage::ConfigureExperiments(asked) => self.configure(Asked::Experiments(*asked)),
+            HostMessage::Experiment(order) => self.experiment(Some(order)),
+            HostMessage::Response => self.experiment(None),
             HostMessage::DescriptionBegin
             | HostMessage::Instruments(_)
             | HostMessage::MotorParameter(_)
@@ -471,13 +491,12 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     }
 
     fn arm(&mut self) -> BoardMessage {
-        let MoveMemory { configured, map, moves_in_flight, rates_in_flight, .. } = &mut *self.memory;
+        let MoveMemory { configured, map, in_flight, .. } = &mut *self.memory;
         match (&self.state, configured, map.map()) {
             (State::Armed, ..) => BoardMessage::Armed,
             (State::Safe, Some(configured), Ok(map)) => {
                 configured.begin(map, self.zero, time(self.elapsed_ticks));
-                moves_in_flight.clear();
-                rates_in_flight.clear();
+                *in_flight = configured.no_decisions();
                 self.state = State::Armed;
                 BoardMessage::Armed
             }

@@ -1,11 +1,12 @@
-//! What a tick of either loop did, that of a move or that of a rate.
+//! What a tick of any loop did, that of a move, of a rate or of experiments.
 
+use controller::commissioning::{ExperimentPhase, ExperimentReport};
 use controller::{PositioningPhase, RateReport, TickReport};
 use estimator::{Estimate, Health, Innovation};
 use link::{PhaseRecord, RatePhase, TickRecord};
 use motor_model::{Angle, DriveCommand};
 
-/// What a tick of either loop did.
+/// What a tick of any loop did.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LoopReport {
     /// Of a move.
@@ -17,6 +18,8 @@ pub enum LoopReport {
         /// What becomes of the rate: its loop does not know when it is over.
         phase: RatePhase,
     },
+    /// Of experiments.
+    Experiment(ExperimentReport),
 }
 
 /// What the controller does.
@@ -26,6 +29,8 @@ pub enum LoopPhase {
     Move(PositioningPhase),
     /// It holds a rate.
     Rate(RatePhase),
+    /// It makes experiments.
+    Experiment(ExperimentPhase),
 }
 
 impl LoopReport {
@@ -34,6 +39,7 @@ impl LoopReport {
     pub fn count_from(&mut self, zero: Angle) {
         let (estimate, reference) = match self {
             Self::Move(report) => (&mut report.estimate, None),
+            Self::Experiment(report) => (&mut report.estimate, None),
             Self::Rate { report, .. } => (&mut report.estimate, report.reference.as_mut()),
         };
         if let Some(estimate) = estimate {
@@ -49,6 +55,7 @@ impl LoopReport {
         match self {
             Self::Move(report) => report.estimate,
             Self::Rate { report, .. } => report.estimate,
+            Self::Experiment(report) => report.estimate,
         }
     }
 
@@ -57,6 +64,7 @@ impl LoopReport {
         match self {
             Self::Move(report) => report.health,
             Self::Rate { report, .. } => report.health,
+            Self::Experiment(report) => report.health,
         }
     }
 
@@ -65,6 +73,7 @@ impl LoopReport {
         match self {
             Self::Move(report) => report.camera,
             Self::Rate { report, .. } => report.camera,
+            Self::Experiment(report) => report.camera,
         }
     }
 
@@ -73,6 +82,7 @@ impl LoopReport {
         match self {
             Self::Move(report) => (report.command, report.applied),
             Self::Rate { report, .. } => (report.command, report.applied),
+            Self::Experiment(report) => (report.command, report.applied),
         }
     }
 
@@ -81,6 +91,7 @@ impl LoopReport {
         match self {
             Self::Move(report) => LoopPhase::Move(report.phase),
             Self::Rate { phase, .. } => LoopPhase::Rate(*phase),
+            Self::Experiment(report) => LoopPhase::Experiment(report.phase),
         }
     }
 }
@@ -89,6 +100,7 @@ impl From<&LoopReport> for TickRecord {
     fn from(report: &LoopReport) -> Self {
         match report {
             LoopReport::Move(report) => report.into(),
+            LoopReport::Experiment(report) => report.into(),
             LoopReport::Rate { report, phase } => {
                 Self { phase: PhaseRecord::Rate(*phase).into(), ..report.into() }
             }

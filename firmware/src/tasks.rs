@@ -58,7 +58,7 @@ use embedded_hal::pwm::SetDutyCycle;
 use embedded_storage_async::nor_flash::NorFlash;
 use estimator::LdvSample;
 use heapless::spsc::{Consumer, Producer, Queue};
-use link::{BoardMessage, ResetCause, SelfTestReport, TickRecord};
+use link::{BoardMessage, CommandRecord, ResetCause, SelfTestReport, TickRecord};
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Time};
 
 use crate::amplifier::{Amplifier, Cutoff};
@@ -72,7 +72,9 @@ use crate::waveform::{ModeIncrements, Waveform};
 #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
 pub const TICKS_PER_S: f64 = 1e9 / PositionLoop::TICK_NANOS as f64;
 
-/// Ticks from one report to the host to the next: a thousand reports a second.
+/// Ticks from one report to the host to the next: a thousand reports a second. Between them are those of the ticks in
+/// which a move or an experiment changes its drive, of which none is then unknown to the host. A rate changes it too
+/// often for that.
 const TICKS_PER_REPORT: u64 = 100;
 
 /// Bytes that are received between two ticks at most, a megabyte a second, so that a flood cannot stop the loop.
@@ -209,6 +211,7 @@ impl TaskMemory {
             application,
             ticks: tick_consumer,
             last_interrupt: 0,
+            reported_drive: DriveCommand::OFF.into(),
             begun: &self.begun,
             just_begun: false,
         };
@@ -355,6 +358,8 @@ pub struct LoopTask<'q> {
     ticks: Consumer<'q, Tick>,
     /// Number of the interrupt that made the last tick.
     last_interrupt: u64,
+    /// The drive of the last report that was sent.
+    reported_drive: CommandRecord,
     /// Only this task writes it.
     begun: &'q AtomicU32,
     /// Whether the drive may be on since the last tick, and was off before: the loop was armed, or jogged.
@@ -441,12 +446,17 @@ impl LoopTask<'_> {
         self.application.telemetry()
     }
 
-    /// Sends what the host does not know yet, and every hundredth report.
+    /// Sends what the host does not know yet, and the reports that are due.
     fn send_report(&mut self, report: Option<TickRecord>, send: &mut impl FnMut(&[u8])) {
         if let Some(news) = self.application.take_news() {
             self.application.send(&news, send);
         }
-        if let Some(report) = report.filter(|_| self.last_interrupt.is_multiple_of(TICKS_PER_REPORT)) {
+        let is_due = |report: &TickRecord| {
+            let changes = report.rate.is_none() && report.applied != self.reported_drive;
+            changes || self.last_interrupt.is_multiple_of(TICKS_PER_REPORT)
+        };
+        if let Some(report) = report.filter(is_due) {
+            self.reported_drive = report.applied;
             self.application.send(&BoardMessage::Report(report), send);
         }
     }

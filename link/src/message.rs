@@ -6,6 +6,7 @@ use motor_model::{Angle, Time};
 use serde::{Deserialize, Serialize};
 
 use crate::description::DescriptionDigests;
+use crate::experiment::{ExperimentRecord, ExperimentsConfiguration, ResponseRecord};
 use crate::forecast::ForecastAnswer;
 use crate::identity::BoardIdentity;
 use crate::jog::{Jog, JogReport};
@@ -98,6 +99,13 @@ pub enum HostMessage {
         /// jogged. `None` for the angle at which the rotor is now; refused unless armed, and without a usable estimate.
         angle_units: Option<i64>,
     },
+    /// Experiments once armed, instead of a move. Refused as a whole when a value is out of bounds, and while armed.
+    ConfigureExperiments(ExperimentsConfiguration),
+    /// Orders the next experiment. The order of the one under way once more is answered again, and changes nothing.
+    /// Refused when a value is out of bounds, unless experiments are armed, and until the one before is over.
+    Experiment(ExperimentRecord),
+    /// Asks what the last experiment has shown. Refused unless experiments are armed, and until it is over.
+    Response,
 }
 
 /// From the board to the host.
@@ -108,7 +116,7 @@ pub enum BoardMessage {
         /// Period of the loop.
         tick_nanos: u64,
     },
-    /// The configuration of a move or a rate is taken.
+    /// The configuration of a move, of a rate or of experiments is taken.
     Configured,
     /// The loop may drive from now on.
     Armed,
@@ -149,6 +157,13 @@ pub enum BoardMessage {
         /// The camera's angle that is the zero, in units of 2^-32 turn.
         angle_units: i64,
     },
+    /// The experiment of that number is ordered, or under way, or over.
+    ExperimentTaken {
+        /// Its number.
+        number: u16,
+    },
+    /// Answer to [`HostMessage::Response`].
+    Response(ResponseRecord),
 }
 
 /// The filters that the board has.
@@ -295,8 +310,8 @@ pub enum BoardFault {
     /// A response map is refused, or does not go with the motor. Rows that are refused leave those before them.
     #[error("response map: {0}")]
     Map(MapFault),
-    /// A target was asked for while a rate is held, which has none. The rate goes on.
-    #[error("no move is under way: a rate has no target")]
+    /// A target was asked for in a task that has none. The task goes on.
+    #[error("no move is under way: nothing else has a target")]
     NoMove,
     /// The angle of the rotor is not known well enough to be a target or a zero. The move goes on.
     #[error("there is no usable estimate of the angle")]
@@ -311,6 +326,13 @@ pub enum BoardFault {
     /// Something was asked that has to wait for the end of a jog. The jog goes on.
     #[error("the drive is on by hand")]
     Jogging,
+    /// An experiment, or what one has shown, was asked for while there are none, or experiments of a board that was built
+    /// without. What is armed goes on.
+    #[error("no experiments are armed, or the board was built without them")]
+    NoExperiments,
+    /// The experiment under way has to be over first, or the order has another number than the next. It goes on.
+    #[error("the experiment is not over, or the order is not the next")]
+    NotInOrder,
 }
 
 /// Counts of received frames, of dropped measurements and of missed deadlines since the start.

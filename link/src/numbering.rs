@@ -11,6 +11,7 @@
 use core::fmt;
 use core::marker::PhantomData;
 
+use controller::commissioning::{CommissioningEnd, ExperimentPhase};
 use controller::rate::RateStop;
 use controller::response_map::{Family, MapField, MapPlace};
 use controller::{PositioningPhase, StopReason};
@@ -145,7 +146,7 @@ numbered!(MapField {
     8 = [Self::CoastSd],
 });
 
-/// [`PositioningPhase`] on the wire, or the phase of a rate: without what other fields of the report tell already.
+/// [`PositioningPhase`] on the wire, or the phase of a rate or of experiments: without what other fields of the report tell already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PhaseRecord {
     /// No usable estimate. The health of the report says why.
@@ -164,6 +165,8 @@ pub enum PhaseRecord {
     Stopped(StopReason),
     /// A rate, and what becomes of it.
     Rate(RatePhase),
+    /// Experiments, and what becomes of them.
+    Experiment(ExperimentPhase),
 }
 
 impl From<PositioningPhase> for PhaseRecord {
@@ -205,6 +208,15 @@ numbered!(PhaseRecord {
     21 = [Self::Rate(RatePhase::Stopped(RateStop::WrongWay))],
     22 = [Self::Rate(RatePhase::Stopped(RateStop::EndOfTravel))],
     23 = [Self::Rate(RatePhase::Stopped(RateStop::DrivenTooLong))],
+    24 = [Self::Experiment(ExperimentPhase::Resting)],
+    25 = [Self::Experiment(ExperimentPhase::Sweeping)],
+    26 = [Self::Experiment(ExperimentPhase::Cruising)],
+    27 = [Self::Experiment(ExperimentPhase::Bursting)],
+    28 = [Self::Experiment(ExperimentPhase::Ready)],
+    29 = [Self::Experiment(ExperimentPhase::Ended(CommissioningEnd::Enough))],
+    30 = [Self::Experiment(ExperimentPhase::Ended(CommissioningEnd::TimeOver))],
+    31 = [Self::Experiment(ExperimentPhase::Ended(CommissioningEnd::NoEstimate))],
+    32 = [Self::Experiment(ExperimentPhase::Ended(CommissioningEnd::NeverRests))],
 });
 
 /// The byte of a `T` as it came over the wire. Two are equal when their bytes are.
@@ -307,14 +319,14 @@ mod tests {
     }
 
     /// As many as the enumerations have values: 2 and twice 11 reasons, 1, 2 and 6 rejections, off and 2 modes, 6
-    /// phases and 11 reasons, 3 phases of a rate and 4 reasons, 5 families, these and the cruises, 9 numbers.
+    /// phases and 11 reasons, 3 phases of a rate and 4 reasons, 5 of experiments and 4 ends, 5 families, these and the cruises, 9 numbers.
     #[test]
     fn exact_every_value_comes_back_and_other_numbers_have_none() {
         check_round_trip::<Health>(28);
         check_round_trip::<Source>(1);
         check_round_trip::<Verdict>(8);
         check_round_trip::<Option<DriveMode>>(3);
-        check_round_trip::<PhaseRecord>(24);
+        check_round_trip::<PhaseRecord>(33);
         check_round_trip::<Family>(5);
         check_round_trip::<MapPlace>(6);
         check_round_trip::<MapField>(9);

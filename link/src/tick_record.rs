@@ -1,8 +1,9 @@
-//! [`controller::TickReport`] and [`controller::RateReport`] on the wire, to the last bit.
+//! [`controller::TickReport`], [`controller::RateReport`] and [`ExperimentReport`] on the wire, to the last bit.
 //!
 //! Each part of the report has a record of the same fields. Times are in ns since the board's start, angles in units
 //! of 2^-32 turn, and an enumeration is its number ([`crate::numbering`]).
 
+use controller::commissioning::ExperimentReport;
 use controller::{PositioningPhase, RateReport, TickReport};
 use estimator::{Estimate, Health, Innovation, Source, Verdict};
 use motor_model::{Angle, DriveCommand, DriveMode};
@@ -168,6 +169,22 @@ impl From<&RateReport> for TickRecord {
             phase: PhaseRecord::Rate(RatePhase::from(report)).into(),
             since_nanos: since.nanos(),
             rate: Some(RateRecord { wanted_rad_s, reference_units: reference.map(Angle::units) }),
+        }
+    }
+}
+
+impl From<&ExperimentReport> for TickRecord {
+    fn from(report: &ExperimentReport) -> Self {
+        let ExperimentReport { estimate, health, camera, command, applied, phase } = *report;
+        Self {
+            estimate: estimate.map(EstimateRecord::from),
+            health: health.into(),
+            camera: camera.map(InnovationRecord::from),
+            command: command.into(),
+            applied: applied.into(),
+            phase: PhaseRecord::Experiment(phase).into(),
+            since_nanos: 0,
+            rate: None,
         }
     }
 }

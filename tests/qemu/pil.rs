@@ -233,6 +233,10 @@ impl Processor for Noisy {
         self.board.arm(preparation)
     }
 
+    fn tell(&mut self, message: &link::HostMessage) -> Result<link::BoardMessage, BoardError> {
+        self.board.tell(message)
+    }
+
     fn tick(&mut self, measurements: &TickMeasurements) -> Result<link::TickRecord, BoardError> {
         self.ticks += 1;
         // Longer than any frame, now and then.
@@ -295,6 +299,10 @@ impl Processor for Flipped {
         self.0.arm(preparation)
     }
 
+    fn tell(&mut self, message: &link::HostMessage) -> Result<link::BoardMessage, BoardError> {
+        self.0.tell(message)
+    }
+
     fn tick(&mut self, measurements: &TickMeasurements) -> Result<link::TickRecord, BoardError> {
         let mut report = self.0.tick(measurements)?;
         self.1 -= 1;
@@ -337,4 +345,14 @@ fn dual_pil_holds_the_rate_that_the_host_holds() {
         assert_eq!((run["steps"].as_u64(), &run["difference"]), (Some(50_000), &Value::Null), "{run}");
         assert_eq!(run["outcome"], serde_json::to_value(alone).expect("JSON"), "{sets:?}");
     }
+}
+
+/// The firmware sweeps both modes and drives cruises as the host does, to the last bit of every report and every
+/// response, and the host makes the same of it as of its own: nothing turns this motor, which needs few experiments.
+#[test]
+fn dual_pil_commissions_as_the_host_does() {
+    let run = identical(&["--commission", "--fault", "drive:dead", "--set", "plant.step_s=5e-6"]);
+    assert_eq!((&run["is_fit"], &run["difference"]), (&Value::Bool(false), &Value::Null), "{run}");
+    // Two sweeps, and the strongest cruise of either mode.
+    assert_eq!(run["responses"], 4, "{run}");
 }

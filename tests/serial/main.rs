@@ -7,6 +7,7 @@ mod programs;
 
 mod by_hand;
 mod cabled_board;
+mod commissioned;
 
 use std::io::{Read, Write};
 use std::process::{Child, Command, Output, Stdio};

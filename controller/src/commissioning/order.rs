@@ -16,6 +16,7 @@ use motor_model::DriveMode;
 
 use super::commissioned_map::commissioned_map;
 use super::evidence::{CommissioningEvidence, MapRow};
+use super::experiment::TRAIN_MAX;
 use super::findings::Findings;
 use super::map_factors::{MapFactors, Measured, is_fine};
 use crate::move_forecast::MoveForecast;
@@ -35,8 +36,6 @@ const IMPOSSIBLE_S: f32 = 60.0;
 const OTHER_SHAPE_RUNS: u16 = 4;
 /// Runs of a row beyond which no more are made.
 const REPEATS_MAX: u16 = 6;
-/// Bursts in a train at most.
-pub(super) const TRAIN_MAX: u8 = 8;
 /// Turn of a train in mdeg: a hundred times what a third of a second of measuring leaves.
 const TRAIN_MDEG: f32 = 20.0;
 /// Turn in mdeg below which a train is not worth measuring: nine standard deviations.

@@ -4,12 +4,12 @@ use core::fmt;
 
 use motor_model::DriveMode;
 
+use super::Commissioning;
 use super::commissioned_map::commissioned_map;
 use super::evidence::CommissioningEvidence;
 use super::findings::{FindingKind, Findings};
-use super::map_factors::{MapFactors, Measured, of_mode};
-use super::resonance::{Resonance, SweepPoint};
-use super::{Commissioning, Stage};
+use super::map_factors::{MapFactors, Measured};
+use super::resonance::Resonance;
 use crate::move_forecast::MoveForecast;
 use crate::response_map::{Family, MapError, ResponseMap};
 use crate::target::Limits;
@@ -21,6 +21,7 @@ const TOLERANCE_RAD: f32 = 1.745e-3;
 
 /// How commissioning ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CommissioningEnd {
     /// Another measurement would save next to nothing.
     Enough,
@@ -105,24 +106,18 @@ pub struct Commissioned {
 }
 
 impl Commissioning {
-    /// What has come of it, in units of the rows of `prior`, once it has ended; `None` before.
-    pub fn result(&self, prior: &ResponseMap) -> Option<Commissioned> {
-        let Stage::Ended(end) = self.stage else { return None };
+    /// What has come of it after `time_s` of motor time, in units of the rows of `prior`, when it ends with `end`.
+    pub fn result(&self, prior: &ResponseMap, end: CommissioningEnd, time_s: f32) -> Commissioned {
         let findings = Findings::of(prior, &self.evidence);
-        Some(Commissioned {
+        Commissioned {
             map: self.fit_map(prior, end, &findings),
             end,
-            time_s: self.ended_at.seconds_since(self.started_at),
+            time_s,
             resonances: self.resonances,
             findings,
             factors: Measured { map: prior, evidence: &self.evidence }.factors(),
             evidence: self.evidence,
-        })
-    }
-
-    /// The powers that the sweep of `mode` has shown.
-    pub fn swept(&self, mode: DriveMode) -> &[SweepPoint] {
-        of_mode(&self.swept, mode).as_ref().map_or(&[], |sweep| sweep.points())
+        }
     }
 
     fn fit_map(
@@ -151,10 +146,9 @@ impl Commissioning {
                 findings.iter().find(|finding| finding.mode == DriveMode::C).map(|finding| finding.kind);
             return Err(Unfit::NoSteps { why });
         }
-        let limits = Limits { amplitude_max: self.tuning.amplitude_max, ..Limits::default() };
+        let limits = Limits { amplitude_max: Self::AMPLITUDE_MAX, ..Limits::default() };
         let in_time = |distance_rad| {
-            MoveForecast::try_new(&self.tuning.instruments, &map, &limits, distance_rad, TOLERANCE_RAD)
-                .is_ok()
+            MoveForecast::try_new(&self.instruments, &map, &limits, distance_rad, TOLERANCE_RAD).is_ok()
         };
         if in_time(MOVE_RAD) || in_time(-MOVE_RAD) { Ok(map) } else { Err(Unfit::TooSlow) }
     }

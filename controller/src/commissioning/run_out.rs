@@ -8,10 +8,10 @@
 //! times that before the burst, as in [`crate::rest_filter`].
 
 use estimator::Estimate;
-use motor_model::{Angle, Time};
+use motor_model::{Angle, DriveCommand, Time};
 
-use super::{BurstRun, Commissioning, CommissioningEnd, Stage};
-use crate::response_map::{Family, ResponseMap, direction};
+use super::experimenter::{BurstRun, Experimenter, Stage};
+use super::result::CommissioningEnd;
 use crate::settling_watch::{SettlingWatch, Shown};
 
 /// Longest time in ns in which the rotor comes to rest. An assumption: twenty times what the slowest takes.
@@ -29,23 +29,44 @@ const INDEPENDENT_VARIANCES: f32 = 9.0;
 /// Bursts that follow one another, each after rest, and the angle before the first.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Train {
-    count: u8,
+    command: DriveCommand,
+    ticks: u32,
+    /// Direction of the mode.
+    pub(super) along: f32,
     left: u8,
-    from: Angle,
-    from_rad2: f32,
-    independent: bool,
+    pub(super) from: Angle,
+    pub(super) from_rad2: f32,
+    pub(super) independent: bool,
 }
 
 impl Train {
-    /// Of `count` bursts, from `estimate`.
-    pub(super) fn new(count: u8, estimate: &Estimate<f32>) -> Self {
+    /// Of `count` bursts of `ticks` ticks, from `estimate`.
+    pub(super) fn new(
+        command: DriveCommand,
+        along: f32,
+        ticks: u32,
+        count: u8,
+        estimate: &Estimate<f32>,
+    ) -> Self {
         Self {
-            count,
+            command,
+            ticks,
+            along,
             left: count.saturating_sub(1),
             from: estimate.angle,
             from_rad2: estimate.angle_rad2,
             independent: false,
         }
+    }
+
+    /// The drive of each burst.
+    pub(super) fn command(&self) -> DriveCommand {
+        self.command
+    }
+
+    /// Length of each burst in ns.
+    pub(super) fn burst_nanos(&self) -> u64 {
+        u64::from(self.ticks) * crate::TICK_NANOS
     }
 }
 
@@ -55,23 +76,18 @@ pub(super) enum Pending {
     Nothing,
     /// The coast of a cruise, from the cut.
     Coast {
-        index: usize,
         along: f32,
         cut: Angle,
         rate_rad_s: f32,
     },
     /// The turn of a train.
-    Turn {
-        family: Family,
-        index: usize,
-        train: Train,
-    },
+    Turn(Train),
 }
 
 /// A rotor with the drive off.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Resting {
-    pending: Pending,
+    pub(super) pending: Pending,
     since: Time,
     /// When the estimate last said that the rotor moves.
     moved_at: Time,
@@ -85,27 +101,25 @@ impl Resting {
         Self { pending, since: now, moved_at: now, still_since: None, watch: SettlingWatch::new(None) }
     }
 
+    /// Time in s from the end of the drive until the estimate no longer said that the rotor moves.
+    pub(super) fn rest_time_s(&self) -> f32 {
+        self.moved_at.seconds_since(self.since)
+    }
+
     /// The turn in rad so far.
     fn turned_rad(&self, estimate: &Estimate<f32>) -> f32 {
         match &self.pending {
             Pending::Nothing => f32::INFINITY,
             Pending::Coast { cut, .. } => estimate.angle.radians_since(*cut),
-            Pending::Turn { train, .. } => estimate.angle.radians_since(train.from),
+            Pending::Turn(train) => estimate.angle.radians_since(train.from),
         }
     }
 }
 
-impl Commissioning {
-    /// Drive off: waits for rest, measures, and begins the next drive unless the estimate is too `wide` for one.
-    pub(super) fn rest(
-        &mut self,
-        prior: &ResponseMap,
-        mut resting: Resting,
-        now: Time,
-        estimate: &Estimate<f32>,
-        wide: bool,
-    ) {
-        if let Pending::Turn { train, .. } = &mut resting.pending {
+impl Experimenter {
+    /// Drive off: waits for rest, and measures, or begins the next burst of a train.
+    pub(super) fn rest(&mut self, mut resting: Resting, now: Time, estimate: &Estimate<f32>, wide: bool) {
+        if let Pending::Turn(train) = &mut resting.pending {
             let floor_rad2 = self.tuning.floor_rad2;
             let since_rad2 = estimate.angle_rad2 - floor_rad2;
             train.independent |= since_rad2 > INDEPENDENT_VARIANCES * (train.from_rad2 - floor_rad2);
@@ -126,56 +140,20 @@ impl Commissioning {
             return;
         }
         let still_since = *resting.still_since.get_or_insert(now);
-        if let Pending::Turn { family, index, train } = &mut resting.pending
+        if let Pending::Turn(train) = &mut resting.pending
             && train.left > 0
-            && let Some(burst) = prior.bursts(*family).get(*index)
         {
             train.left -= 1;
-            let (family, index, train) = (*family, *index, *train);
-            self.stage = Stage::Bursting(BurstRun { family, index, burst: *burst, since: now, train });
+            self.stage = Stage::Bursting(BurstRun { since: now, train: *train });
             return;
         }
         let known_rad = KNOWN_PART * resting.turned_rad(estimate).abs();
         let measured =
             estimate.angle_rad2 <= known_rad * known_rad || now.nanos_since(still_since) >= MEASURING_NANOS;
         if measured {
-            self.keep(prior, &resting, estimate);
-            self.begin(prior, now, estimate);
+            self.finish(&resting, estimate);
         } else {
             self.stage = Stage::Resting(resting);
-        }
-    }
-
-    /// Keeps what the last drive did.
-    fn keep(&mut self, prior: &ResponseMap, resting: &Resting, estimate: &Estimate<f32>) {
-        let to_rest_s = resting.moved_at.seconds_since::<f32>(resting.since);
-        match resting.pending {
-            Pending::Nothing => (),
-            Pending::Coast { index, along, cut, rate_rad_s } => {
-                let coast_rad = along * estimate.angle.radians_since::<f32>(cut);
-                if let Some(found) = self.evidence.cruise_mut(index) {
-                    found.runs = found.runs.saturating_add(1);
-                    found.coasts.add(rate_rad_s, coast_rad);
-                    found.to_rest_s.add(to_rest_s, 0.0);
-                }
-            }
-            Pending::Turn { family, index, train } => {
-                let found = self.evidence.burst_mut(family, index);
-                if let Some((found, burst)) = found.zip(prior.bursts(family).get(index)) {
-                    let turned_rad =
-                        direction(family.mode()) * estimate.angle.radians_since::<f32>(train.from);
-                    let mapped_rad = f32::from(train.count) * burst.turn_rad;
-                    // An angle that is not independent of the one before would show too short a turn.
-                    let noise_rad2 = if train.independent {
-                        train.from_rad2 + estimate.angle_rad2
-                    } else {
-                        train.from_rad2 + estimate.angle_rad2 + mapped_rad * mapped_rad
-                    };
-                    found.train = train.count;
-                    found.turns.add(turned_rad / mapped_rad, noise_rad2 / (mapped_rad * mapped_rad));
-                    found.to_rest_s.add(to_rest_s, 0.0);
-                }
-            }
         }
     }
 }

@@ -1,12 +1,16 @@
 //! The state machine on a motor that turns as the prior map says, but for a factor.
 
+extern crate std;
+
 use super::*;
-use crate::response_map::direction;
-use motor_model::{Angle, AngleAccumulator};
+use crate::response_map::{Family, direction};
+use estimator::{Estimate, Health};
+use motor_model::{Angle, AngleAccumulator, Time};
 
 /// A motor whose every drive turns it by `factor` of what the map says, with a ripple, and which stops at once.
 struct IdealMotor {
     commissioning: Commissioning,
+    experimenter: Experimenter,
     factor: f32,
     now: Time,
     angle: AngleAccumulator<f32>,
@@ -20,9 +24,19 @@ struct IdealMotor {
 impl IdealMotor {
     fn new(factor: f32) -> Self {
         let instruments = Instruments { vibrometer: None, ..Instruments::default() };
-        let commissioning = Commissioning::new(CommissioningTuning::new(&instruments), Time::ZERO);
+        let commissioning = Commissioning::new(&instruments);
+        let experimenter = Experimenter::new(ExperimentTuning::new(&instruments), Time::ZERO);
         let (now, angle, off_since) = (Time::ZERO, AngleAccumulator::at(Angle::ZERO), Time::ZERO);
-        Self { commissioning, factor, now, angle, off_since, shortest_off_nanos: u64::MAX, independent: true }
+        Self {
+            commissioning,
+            experimenter,
+            factor,
+            now,
+            angle,
+            off_since,
+            shortest_off_nanos: u64::MAX,
+            independent: true,
+        }
     }
 
     /// What the filter says: sure once the drive has been off for 5 ms, and, as filters do, at rest until a driven
@@ -43,15 +57,37 @@ impl IdealMotor {
     fn rate_rad_s(&self) -> f32 {
         let map = ResponseMap::table_1();
         let ripple = if (self.now.nanos() / 50_000_000).is_multiple_of(2) { 1.05 } else { 0.95 };
-        match self.commissioning.stage() {
-            CommissioningStage::Driving(MapRow::Cruise(index)) => {
-                map.cruises()[index].rate_rad_s * self.factor * ripple
-            }
-            CommissioningStage::Driving(MapRow::Burst(family, index)) => {
+        match self.commissioning.row().filter(|_| self.is_driven()) {
+            Some(MapRow::Cruise(index)) => map.cruises()[index].rate_rad_s * self.factor * ripple,
+            Some(MapRow::Burst(family, index)) => {
                 let burst = map.bursts(family)[index];
                 direction(family.mode()) * burst.turn_rad / (1e-5 * burst.ticks as f32) * self.factor
             }
-            _ => 0.0,
+            None => 0.0,
+        }
+    }
+
+    fn is_driven(&self) -> bool {
+        matches!(self.experimenter.phase(), ExperimentPhase::Cruising | ExperimentPhase::Bursting)
+    }
+
+    /// Takes a response and orders the next experiment; how it ended, once it has.
+    fn plan(&mut self) -> Option<CommissioningEnd> {
+        match self.experimenter.phase() {
+            ExperimentPhase::Ended(end) => return Some(end),
+            ExperimentPhase::Ready => {}
+            _ => return None,
+        }
+        if let Some(response) = self.experimenter.response() {
+            self.commissioning.take(ResponseMap::table_1(), response);
+        }
+        match self.commissioning.next(ResponseMap::table_1()) {
+            Some(experiment) => {
+                assert!(self.experimenter.order(experiment));
+                assert!(!self.experimenter.order(experiment), "one at a time");
+                None
+            }
+            None => Some(CommissioningEnd::Enough),
         }
     }
 
@@ -60,15 +96,15 @@ impl IdealMotor {
         let (mut driven_nanos, mut was_on) = (0, false);
         loop {
             let estimate = self.estimate(driven_nanos);
-            let command =
-                self.commissioning.decide(ResponseMap::table_1(), self.now, Some(&estimate), Health::Good);
+            let command = self.experimenter.decide(self.now, Some(&estimate), Health::Good);
             let is_on = command != DriveCommand::OFF;
             if is_on && !was_on {
                 self.shortest_off_nanos = self.shortest_off_nanos.min(self.now.nanos_since(self.off_since));
             }
             was_on = is_on;
-            if let Some(found) = self.commissioning.result(ResponseMap::table_1()) {
-                return found;
+            if let Some(end) = self.plan() {
+                let time_s = self.now.seconds_since(Time::ZERO);
+                return self.commissioning.result(ResponseMap::table_1(), end, time_s);
             }
             driven_nanos = if is_on { driven_nanos + crate::TICK_NANOS } else { 0 };
             if is_on {
@@ -140,14 +176,122 @@ fn law_a_motor_that_turns_the_other_way_is_refused() {
 /// Without an estimate nothing is driven, and it ends once the camera has been blind for too long.
 #[test]
 fn law_without_an_estimate_nothing_is_driven() {
-    let mut commissioning = Commissioning::new(CommissioningTuning::new(&Instruments::default()), Time::ZERO);
+    let instruments = Instruments::default();
+    let mut experimenter = Experimenter::new(ExperimentTuning::new(&instruments), Time::ZERO);
     let mut now = Time::ZERO;
-    while commissioning.result(ResponseMap::table_1()).is_none() {
-        let command = commissioning.decide(ResponseMap::table_1(), now, None, Health::Waiting);
-        assert_eq!(command, DriveCommand::OFF);
+    while experimenter.phase() != ExperimentPhase::Ended(CommissioningEnd::NoEstimate) {
+        assert_eq!(experimenter.decide(now, None, Health::Waiting), DriveCommand::OFF);
         now = now.plus_nanos(1_000_000);
         assert!(now.nanos() < 10_000_000_000, "it ends");
     }
-    let found = commissioning.result(ResponseMap::table_1()).unwrap();
+    let commissioning = Commissioning::new(&instruments);
+    let found = commissioning.result(ResponseMap::table_1(), CommissioningEnd::NoEstimate, 1.0);
     assert_eq!(found.map, Err(Unfit::NoEstimate));
+}
+
+/// An experimenter that is ready, with the time and the estimate of a rotor at rest.
+fn ready() -> (Experimenter, Time, Estimate<f32>) {
+    let instruments = Instruments { vibrometer: None, ..Instruments::default() };
+    let mut experimenter = Experimenter::new(ExperimentTuning::new(&instruments), Time::ZERO);
+    let estimate = IdealMotor { now: Time::from_nanos(1_000_000_000), ..IdealMotor::new(1.0) }.estimate(0);
+    let mut now = Time::ZERO;
+    while experimenter.phase() != ExperimentPhase::Ready {
+        experimenter.decide(now, Some(&estimate), Health::Good);
+        now = now.plus_nanos(crate::TICK_NANOS);
+        assert!(now.nanos() < 1_000_000_000, "it comes to rest");
+    }
+    (experimenter, now, estimate)
+}
+
+/// Nothing is driven that is not ordered, however long nothing is.
+#[test]
+fn law_what_is_not_ordered_is_not_driven() {
+    let (mut experimenter, mut now, estimate) = ready();
+    assert_eq!((experimenter.number(), experimenter.response()), (0, None));
+    for _ in 0..100_000 {
+        assert_eq!(experimenter.decide(now, Some(&estimate), Health::Good), DriveCommand::OFF);
+        now = now.plus_nanos(crate::TICK_NANOS);
+    }
+    assert_eq!(experimenter.phase(), ExperimentPhase::Ready);
+}
+
+/// Each burst of a train is as long as was ordered, to the tick, and there are as many; then the response is there, and
+/// stays through a moment without an estimate.
+#[test]
+fn exact_a_train_is_driven_as_ordered() {
+    let (mut experimenter, mut now, estimate) = ready();
+    let train = Experiment::Train { mode: DriveMode::C, amplitude: 0.5, ticks: 7, count: 3 };
+    assert!(experimenter.order(train));
+    let (mut bursts, mut driven) = (std::vec::Vec::new(), 0);
+    while experimenter.phase() != ExperimentPhase::Ready {
+        let command = experimenter.decide(now, Some(&estimate), Health::Good);
+        if command == DriveCommand::OFF {
+            bursts.extend((driven > 0).then_some(driven));
+            driven = 0;
+        } else {
+            assert_eq!((command.mode(), command.amplitude()), (Some(DriveMode::C), 0.5));
+            driven += 1;
+        }
+        now = now.plus_nanos(crate::TICK_NANOS);
+    }
+    assert_eq!(bursts, [7, 7, 7]);
+    let response = experimenter.response().cloned();
+    assert!(matches!(response, Some(Response::Train { turned_rad, .. }) if turned_rad.abs() < 1e-9));
+    experimenter.decide(now, None, Health::Waiting);
+    assert_eq!(experimenter.response(), None);
+    while experimenter.phase() != ExperimentPhase::Ready {
+        now = now.plus_nanos(crate::TICK_NANOS);
+        experimenter.decide(now, Some(&estimate), Health::Good);
+    }
+    assert_eq!((experimenter.response().cloned(), experimenter.number()), (response, 1));
+}
+
+/// A drive is off in the tick that loses the estimate, and its response is none. Too many of them are the end.
+#[test]
+fn law_a_drive_that_loses_the_estimate_shows_nothing() {
+    let (mut experimenter, mut now, estimate) = ready();
+    for lost in 1..=9 {
+        assert!(experimenter.order(Experiment::Cruise { mode: DriveMode::B, amplitude: 1.0 }));
+        while experimenter.phase() != ExperimentPhase::Cruising {
+            experimenter.decide(now, Some(&estimate), Health::Good);
+            now = now.plus_nanos(crate::TICK_NANOS);
+        }
+        assert_eq!(experimenter.decide(now, None, Health::Waiting), DriveCommand::OFF);
+        if lost == 9 {
+            break;
+        }
+        while experimenter.phase() != ExperimentPhase::Ready {
+            now = now.plus_nanos(crate::TICK_NANOS);
+            assert_eq!(experimenter.decide(now, Some(&estimate), Health::Good), DriveCommand::OFF);
+        }
+        assert_eq!((experimenter.response(), experimenter.number()), (Some(&Response::Lost), lost));
+    }
+    assert_eq!(experimenter.phase(), ExperimentPhase::Ended(CommissioningEnd::NoEstimate));
+}
+
+/// An estimate that is only wide begins nothing: the order waits.
+#[test]
+fn law_an_order_waits_for_a_good_estimate() {
+    let (mut experimenter, mut now, estimate) = ready();
+    assert!(experimenter.order(Experiment::Cruise { mode: DriveMode::C, amplitude: 1.0 }));
+    let wide = Health::Unusable(estimator::Reason::Uncertain);
+    for _ in 0..1000 {
+        assert_eq!(experimenter.decide(now, Some(&estimate), wide), DriveCommand::OFF);
+        assert_eq!(experimenter.phase(), ExperimentPhase::Resting, "not ready for another order");
+        now = now.plus_nanos(crate::TICK_NANOS);
+    }
+    assert_ne!(experimenter.decide(now, Some(&estimate), Health::Good), DriveCommand::OFF);
+}
+
+/// The time ends whatever is under way, in its tick.
+#[test]
+fn law_the_time_ends_a_drive() {
+    let (mut experimenter, mut now, estimate) = ready();
+    assert!(experimenter.order(Experiment::Sweep { mode: DriveMode::B, amplitude: 1.0 }));
+    experimenter.tuning.time_max_nanos = now.nanos() + 10_000_000;
+    while experimenter.decide(now, Some(&estimate), Health::Good) != DriveCommand::OFF {
+        now = now.plus_nanos(crate::TICK_NANOS);
+    }
+    assert_eq!(now.nanos(), experimenter.tuning.time_max_nanos);
+    assert_eq!(experimenter.phase(), ExperimentPhase::Ended(CommissioningEnd::TimeOver));
 }

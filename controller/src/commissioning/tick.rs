@@ -1,17 +1,17 @@
-//! The loop body of commissioning: fuse what arrived, estimate, decide, drive.
+//! The loop body of experiments: fuse what arrived, estimate, decide, drive.
 
-use estimator::{AngleFilter, CameraFrame, Estimate, Health, LdvSample};
+use estimator::{AngleFilter, CameraFrame, Estimate, Health, Innovation, LdvSample};
 use motor_model::{DriveCommand, Time};
 
-use super::{Commissioning, CommissioningStage};
+use super::{ExperimentPhase, Experimenter};
+use crate::latency::{self, InFlight};
 use crate::ports::{Drive, Sense};
-use crate::response_map::ResponseMap;
-use crate::tick::{Fused, fuse};
+use crate::tick::{Fused, fuse_for};
 
-/// The sensors, of which commissioning hears the vibrometer as well.
+/// The sensors, of which the experimenter hears the vibrometer as well.
 struct Heard<'a, P> {
     ports: &'a mut P,
-    commissioning: &'a mut Commissioning,
+    experimenter: &'a mut Experimenter,
 }
 
 impl<P: Sense> Sense for Heard<'_, P> {
@@ -21,45 +21,57 @@ impl<P: Sense> Sense for Heard<'_, P> {
 
     fn ldv_sample(&mut self) -> Option<LdvSample> {
         let sample = self.ports.ldv_sample()?;
-        self.commissioning.hear(&sample);
+        self.experimenter.hear(&sample);
         Some(sample)
     }
 }
 
-/// What a tick of commissioning did.
+/// What a tick of experiments did; with a latency as [`crate::TickReport`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CommissioningReport {
-    /// The estimate the decision was based on.
+pub struct ExperimentReport {
+    /// The estimate the decision was based on; `None` before the first camera frame.
     pub estimate: Option<Estimate<f32>>,
     /// Whether it may be used.
     pub health: Health,
+    /// What became of the camera frame that arrived, if one did.
+    pub camera: Option<Innovation<f32>>,
+    /// The command of the state machine.
+    pub command: DriveCommand,
     /// The command that the amplifier applies.
     pub applied: DriveCommand,
-    /// What commissioning is doing.
-    pub stage: CommissioningStage,
+    /// What the state machine does.
+    pub phase: ExperimentPhase,
 }
 
-/// The parts of a tick, each in a place of its own.
-#[derive(Debug)]
-pub struct CommissioningTick<'a, F> {
-    /// The prior map.
-    pub prior: &'a ResponseMap,
-    /// The filter.
-    pub filter: &'a mut F,
-    /// The state machine.
-    pub commissioning: &'a mut Commissioning,
+impl ExperimentReport {
+    /// Of a tick before the first decision acts.
+    const UNDECIDED: Self = Self {
+        estimate: None,
+        health: Health::Waiting,
+        camera: None,
+        command: DriveCommand::OFF,
+        applied: DriveCommand::OFF,
+        phase: ExperimentPhase::Resting,
+    };
 }
 
-/// One tick at `now`, to be called every [`crate::TICK_NANOS`], as [`crate::tick()`] is.
-pub fn tick_commissioning<F: AngleFilter<f32>, P: Sense + Drive>(
-    state: &mut CommissioningTick<'_, F>,
+/// One tick at `now`, to be called every [`crate::TICK_NANOS`], as [`crate::tick()`] is. Orders are given, and
+/// responses taken, between two ticks.
+pub fn tick_experiment<F: AngleFilter<f32>, P: Sense + Drive>(
+    filter: &mut F,
+    experimenter: &mut Experimenter,
+    in_flight: &mut InFlight<ExperimentReport>,
     now: Time,
     ports: &mut P,
-) -> CommissioningReport {
-    let CommissioningTick { prior, filter, commissioning } = state;
-    let Fused { estimate, health, .. } = fuse(*filter, now, &mut Heard { ports: &mut *ports, commissioning });
-    let command = commissioning.decide(prior, now, estimate.as_ref(), health);
+) -> ExperimentReport {
+    let acts_at = latency::acts_at(now, ports.latency_ticks());
+    let mut heard = Heard { ports: &mut *ports, experimenter: &mut *experimenter };
+    let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, &mut heard);
+    let command = experimenter.decide(acts_at, estimate.as_ref(), health);
     let applied = ports.drive(command);
-    filter.drive(now, applied);
-    CommissioningReport { estimate, health, applied, stage: commissioning.stage() }
+    let phase = experimenter.phase();
+    let decided = ExperimentReport { estimate, health, camera: None, command, applied, phase };
+    let acting = in_flight.exchange(decided, ports.latency_ticks()).unwrap_or(ExperimentReport::UNDECIDED);
+    filter.drive(now, acting.applied);
+    ExperimentReport { camera, ..acting }
 }

@@ -1,15 +1,20 @@
-//! The move or the rate that the host has configured: what it is made of, and the memory that it takes.
+//! The task that the host has configured, a move, a rate or experiments: what it is made of, and the memory that it
+//! takes.
 //!
-//! The host describes its bench first, instruments, motor and map, and then configures the move or the rate on it.
+//! The host describes its bench first, instruments, motor and map, and then configures the task on it.
 
+use controller::commissioning::ExperimentReport;
 use controller::{
     InFlight, LATENCY_TICKS_MAX, Limits, Positioning, PositioningTuning, RateReport, ResponseMap, Target,
     TickReport,
 };
 use estimator::Instruments;
-use link::{Configuration, FilterKind, MapFault, MotorParameterRecord, RateConfiguration};
+use link::{
+    Configuration, ExperimentsConfiguration, FilterKind, MapFault, MotorParameterRecord, RateConfiguration,
+};
 use motor_model::{Angle, MotorParams, OutOfBounds, Parameter, Time};
 
+use super::configured_experiments::Experiments;
 use super::configured_rate::Rate;
 use super::map_memory::MapMemory;
 use crate::filter::SelectedFilter;
@@ -74,6 +79,7 @@ impl Bench {
 pub(super) enum Asked {
     Move(Configuration),
     Rate(RateConfiguration),
+    Experiments(ExperimentsConfiguration),
 }
 
 impl Asked {
@@ -81,16 +87,21 @@ impl Asked {
         match self {
             Self::Move(configuration) => configuration.filter,
             Self::Rate(configuration) => configuration.filter,
+            Self::Experiments(configuration) => configuration.filter,
         }
     }
 }
 
 /// A configuration that was checked. Its filter has a place of its own in [`MoveMemory`].
 #[derive(Debug)]
-#[expect(clippy::large_enum_variant, reason = "a program has one, and no heap")]
+#[cfg_attr(
+    not(feature = "commissioning"),
+    expect(clippy::large_enum_variant, reason = "a program has one, and no heap")
+)]
 pub(super) enum Configured {
     Move(Move),
     Rate(Rate),
+    Experiments(Experiments),
 }
 
 /// A move that was checked.
@@ -108,6 +119,9 @@ pub(super) struct Move {
 pub(super) enum MoveError {
     Setting(OutOfBounds),
     Map(MapFault),
+    /// The program was built without experiments.
+    #[cfg(not(feature = "commissioning"))]
+    NoExperiments,
 }
 
 impl From<OutOfBounds> for MoveError {
@@ -145,6 +159,7 @@ impl Configured {
         let configured = match asked {
             Asked::Move(configuration) => Self::Move(Move::asked(&memory.map, configuration, bench)?),
             Asked::Rate(configuration) => Self::Rate(Rate::asked(&memory.map, configuration, bench)?),
+            Asked::Experiments(configuration) => Self::Experiments(Experiments::asked(configuration, bench)?),
         };
         SelectedFilter::build(&mut memory.filter, asked.filter(), &bench.design, &bench.instruments)?;
         memory.configured = Some(configured);
@@ -156,6 +171,7 @@ impl Configured {
         match self {
             Self::Move(Move { configuration, .. }) => Asked::Move(*configuration),
             Self::Rate(Rate { configuration, .. }) => Asked::Rate(*configuration),
+            Self::Experiments(experiments) => Asked::Experiments(experiments.configuration()),
         }
     }
 
@@ -166,8 +182,37 @@ impl Configured {
                 *positioning = Positioning::new(map, target.from_zero(zero), *tuning, now);
             }
             Self::Rate(rate) => rate.begin(zero, now),
+            Self::Experiments(experiments) => experiments.begin(now),
         }
     }
+
+    /// No decision of a task of this kind.
+    pub(super) fn no_decisions(&self) -> Decisions {
+        match self {
+            Self::Move(_) => Decisions::Move(InFlight::new()),
+            Self::Rate(_) => Decisions::Rate(InFlight::new()),
+            Self::Experiments(_) => Decisions::Experiments(InFlight::new()),
+        }
+    }
+}
+
+/// The decisions of a task that do not act yet.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "a program has one, and no heap")]
+pub(super) enum Decisions {
+    Move(InFlight<TickReport>),
+    Rate(InFlight<RateReport>),
+    Experiments(InFlight<ExperimentReport>),
+}
+
+impl Default for Decisions {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+impl Decisions {
+    const NONE: Self = Self::Move(InFlight::new());
 }
 
 impl Move {
@@ -179,26 +224,19 @@ impl Move {
     }
 }
 
-/// Memory of the configured move or rate, of its decisions that do not act yet, and of the host's response map. A
-/// filter is too large for the stack, so on a board this is a static.
+/// Memory of the configured task, of its decisions that do not act yet, and of the host's response map. A filter is too
+/// large for the stack, so on a board this is a static.
 #[derive(Debug, Default)]
 pub struct MoveMemory {
     pub(super) configured: Option<Configured>,
     pub(super) filter: Option<SelectedFilter>,
     pub(super) map: MapMemory,
-    pub(super) moves_in_flight: InFlight<TickReport>,
-    pub(super) rates_in_flight: InFlight<RateReport>,
+    pub(super) in_flight: Decisions,
 }
 
 impl MoveMemory {
-    /// No move and no rate, and the map of Table 1.
+    /// No task, and the map of Table 1.
     pub const fn new() -> Self {
-        Self {
-            configured: None,
-            filter: None,
-            map: MapMemory::new(),
-            moves_in_flight: InFlight::new(),
-            rates_in_flight: InFlight::new(),
-        }
+        Self { configured: None, filter: None, map: MapMemory::new(), in_flight: Decisions::NONE }
     }
 }

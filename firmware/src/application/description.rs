@@ -1,4 +1,4 @@
-//! What the host tells before a move: instruments, motor, response map, configuration. While armed all is refused.
+//! What the host tells before a task: instruments, motor, response map, configuration. While armed all is refused.
 
 use link::{BoardFault, BoardMessage, HostMessage, SettingKey};
 use motor_model::OutOfBounds;
@@ -8,7 +8,7 @@ use super::configured_move::{Asked, Bench, Configured, MoveError, MoveMemory};
 use crate::design::DesignedDrive;
 
 impl<D: DesignedDrive> Application<'_, D> {
-    /// Builds the move or the rate that is asked for. While armed it is refused.
+    /// Builds the task that is asked for. While armed it is refused.
     // Never inlined: the stack that construction of a filter takes is then not part of every tick's.
     #[inline(never)]
     pub(super) fn configure(&mut self, asked: Asked) -> BoardMessage {
@@ -27,6 +27,8 @@ impl<D: DesignedDrive> Application<'_, D> {
             }
             Err(MoveError::Setting(error)) => refused(&error),
             Err(MoveError::Map(fault)) => BoardMessage::Fault(BoardFault::Map(fault)),
+            #[cfg(not(feature = "commissioning"))]
+            Err(MoveError::NoExperiments) => BoardMessage::Fault(BoardFault::NoExperiments),
         }
     }
 

@@ -21,6 +21,8 @@ impl<D: DesignedDrive> Application<'_, D> {
             Ok(answer) => answer,
             Err(MoveError::Setting(error)) => refused(&error),
             Err(MoveError::Map(fault)) => BoardMessage::Fault(BoardFault::Map(fault)),
+            #[cfg(not(feature = "commissioning"))]
+            Err(MoveError::NoExperiments) => BoardMessage::Fault(BoardFault::NoExperiments),
         }
     }
 

@@ -11,6 +11,8 @@ use motor_model::{DriveCommand, DriveMode, MotorParams, OutOfBounds};
 
 mod by_hand;
 mod description;
+#[cfg(feature = "commissioning")]
+mod experiments;
 mod kept;
 mod latency;
 mod rate;
@@ -298,7 +300,7 @@ fn law_another_version_is_refused_by_name() {
     let mut other = cobs::encode_vec(&content);
     other.push(0);
     let refused = BoardFault::Version { theirs: VERSION + 1, ours: VERSION };
-    assert_eq!(std::format!("{refused}"), "the host speaks protocol version 9, the board version 8");
+    assert_eq!(std::format!("{refused}"), "the host speaks protocol version 10, the board version 9");
     assert_eq!(bench.exchange_bytes(&other), fault(refused));
     assert_eq!(bench.board.counters().other_version, 1);
     assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::UnknownSession { session: 5 }));

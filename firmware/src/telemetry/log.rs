@@ -5,6 +5,7 @@
 use core::cell::Cell;
 
 use controller::PositioningPhase;
+use controller::commissioning::ExperimentPhase;
 use cortex_m::interrupt::{Mutex, free};
 use defmt::{error, info, warn};
 use estimator::Verdict;
@@ -88,6 +89,7 @@ pub fn log(tick: u64, entry: &Entry) {
         Entry::Phase(LoopPhase::Rate(RatePhase::Following)) => info!("phase following"),
         Entry::Phase(LoopPhase::Rate(RatePhase::Over)) => info!("phase over"),
         Entry::Phase(LoopPhase::Rate(RatePhase::Stopped(why))) => warn!("phase stopped {}", why),
+        Entry::Phase(LoopPhase::Experiment(phase)) => log_experiment(*phase),
         Entry::Health(health) => info!("health {}", health),
         Entry::Drive { command, applied } => {
             let (wanted, amplitude) = (mode(*command), applied.amplitude());
@@ -103,6 +105,17 @@ pub fn log(tick: u64, entry: &Entry) {
                 );
             }
         }
+    }
+}
+
+fn log_experiment(phase: ExperimentPhase) {
+    match phase {
+        ExperimentPhase::Resting => info!("phase resting"),
+        ExperimentPhase::Sweeping => info!("phase sweeping"),
+        ExperimentPhase::Cruising => info!("phase cruise"),
+        ExperimentPhase::Bursting => info!("phase burst"),
+        ExperimentPhase::Ready => info!("phase ready"),
+        ExperimentPhase::Ended(why) => warn!("phase stopped {}", why),
     }
 }
 

@@ -19,7 +19,9 @@
 //! | [`FreeRunningBoard`] | no processor of a run: the whole program of a board, on its own timer, out of step |
 //! | [`run`] | a move of a scene: a [`ComparedMove`], with the first [`Difference`] |
 //! | [`hold_rate`] | a rate of a scene: a [`ComparedRate`] |
+//! | [`commission`] | the motor of a scene by experiments: a [`ComparedCommissioning`] |
 
+mod commissioned;
 mod frames;
 mod free_running_board;
 mod held_rate;
@@ -34,6 +36,8 @@ use link::{BoardMessage, Configuration, FilterKind, HostMessage, TickRecord, des
 use serde::Serialize;
 
 use crate::board::BoardError;
+pub(crate) use commissioned::commission_preparation;
+pub use commissioned::{ComparedCommissioning, commission};
 pub use free_running_board::FreeRunningBoard;
 pub(crate) use held_rate::rate_preparation;
 pub use held_rate::{ComparedRate, hold_rate};
@@ -47,7 +51,7 @@ use simulation::world::instruments::assumed;
 
 /// A processor in the loop beside the host.
 pub trait Processor {
-    /// Prepares for a move or a rate.
+    /// Prepares for a task.
     ///
     /// # Errors
     /// When it refuses what is asked or does not answer.
@@ -58,6 +62,12 @@ pub trait Processor {
     /// # Errors
     /// When it does not answer with a report.
     fn tick(&mut self, measurements: &TickMeasurements) -> Result<TickRecord, BoardError>;
+
+    /// Tells it something between two ticks; its answer.
+    ///
+    /// # Errors
+    /// When it does not answer.
+    fn tell(&mut self, message: &HostMessage) -> Result<BoardMessage, BoardError>;
 }
 
 /// Where the microcontroller first computed something else than the host.
@@ -136,7 +146,9 @@ fn description(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
 /// The board's answer to a message of [`preparation`], and to one that keeps it.
 pub(crate) fn acknowledgement(message: &HostMessage) -> BoardMessage {
     match message {
-        HostMessage::Configure(_) | HostMessage::ConfigureRate(_) => BoardMessage::Configured,
+        HostMessage::Configure(_) | HostMessage::ConfigureRate(_) | HostMessage::ConfigureExperiments(_) => {
+            BoardMessage::Configured
+        }
         HostMessage::Keep => BoardMessage::Kept,
         HostMessage::Forget => BoardMessage::Forgotten,
         _ => BoardMessage::Described,

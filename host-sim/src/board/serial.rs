@@ -1,4 +1,4 @@
-//! A real board at the other end of a serial line: `host-sim run`, `jog` and `self-test`.
+//! A real board at the other end of a serial line: `host-sim run`, `commission --port`, `jog` and `self-test`.
 //!
 //! ```text
 //! frames: file, pipe, or the simulated plant ---> FrameSource --+      +--> observer: log, live view
@@ -21,7 +21,8 @@
 //! | `report_record` | what the board reports as a record of a run, and the frames that go with it |
 //! | `progress` | what is known in the middle of a run, and who sees it |
 //! | `description` | what the board is told before a run, and what it keeps of it |
-//! | `task` | what is asked of the board, a move or a rate, and what is seen of it |
+//! | `task` | what is asked of the board, a move, a rate or experiments, and what is seen of it |
+//! | `commissioned` | the experiments that commission the motor, ordered one by one |
 //! | `serial_run` | the run: from the first message to the acknowledged stop |
 //! | `outcome` | what became of it |
 //! | `attendance` | what keeps line and board alive, and the clocks set, while no loop reports |
@@ -37,6 +38,7 @@
 mod attendance;
 mod board_pace;
 pub mod clock;
+mod commissioned;
 mod description;
 mod error;
 mod frame_source;
@@ -53,15 +55,15 @@ mod serial_run;
 mod session;
 mod task;
 
-pub use description::{DescriptionFigures, Keeping};
+pub use description::{DescriptionFigures, Keeping, keep};
 pub use error::SerialError;
 pub use frame_source::FrameSource;
 #[cfg(test)]
 pub(crate) use jog::PreparedJog;
 pub use jog::{JogForecast, JogOutcome, SerialJog, VelocityFigures};
 pub use outcome::{
-    ClockFigures, CounterFigures, IdentityFigures, LineFigures, MoveFigures, RateFigures, SerialOutcome,
-    SessionFigures, TaskFigures,
+    ClockFigures, CommissionFigures, CounterFigures, IdentityFigures, LineFigures, MoveFigures, RateFigures,
+    SerialOutcome, SessionFigures, TaskFigures,
 };
 pub use progress::{Goal, Progress, Watcher};
 #[cfg(test)]

@@ -1,18 +1,21 @@
-//! `commission`: the response map of the motor in front of the controller.
+//! `commission`: the response map of the motor in front of the controller, simulated or at a real board.
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use controller::ResponseMap;
 
 use super::count::Count;
+use super::port_args::PortArgs;
 use super::publication::{Findings, PublicationArgs};
 use super::report::Request;
+use super::run::{LiveView, failed};
 use super::{MapArgs, SceneArgs, progress};
+use crate::board::serial::{self, BoardTask, FrameSource, Keeping, SerialRun, TaskFigures};
 use crate::cli::CommandError;
 use crate::studies::commissioning::{self, CommissioningTrials};
-use simulation::runs::commission;
-use simulation::scene::response_map_text;
+use simulation::runs::commission::{self, CommissionedMotor};
+use simulation::scene::{Scene, response_map_text};
 
 /// Name of the map's file in the folder of `--out`.
 const MAP_FILE: &str = "map.toml";
@@ -29,6 +32,25 @@ pub(super) struct CommissionArgs {
     /// commissioning-trials.svg and trials.csv
     #[arg(long, value_name = "DIR", default_value = "out/commission")]
     out: PathBuf,
+    /// Commission the motor at the board at this serial port, for example /dev/ttyACM0
+    #[arg(long, value_name = "PORT", value_hint = ValueHint::FilePath, conflicts_with = "trials")]
+    port: Option<String>,
+    /// Rate of the line
+    #[arg(
+        long,
+        value_name = "N",
+        default_value = "2000000",
+        allow_negative_numbers = true,
+        requires = "port"
+    )]
+    #[arg(value_parser = Count(1200..=12_000_000))]
+    baud: u64,
+    /// Where camera frames come from, as of `run`
+    #[arg(long, value_name = "SOURCE", default_value = "plant", requires = "port")]
+    camera: String,
+    /// Let the board keep the map over a loss of power, with the description of its bench
+    #[arg(long, requires = "port")]
+    keep: bool,
     #[command(flatten)]
     publication: PublicationArgs,
     #[command(flatten)]
@@ -53,10 +75,14 @@ impl CommissionArgs {
             };
             return Ok(publication.publish(findings, &request)?);
         }
-        let bar = progress::bar(TENTHS_MAX);
-        let motor = commission::run(&scene, |_| bar.inc(1))?;
-        bar.finish_and_clear();
+        let port = self.port.as_ref().map(|port| PortArgs::new(port, self.baud));
+        let motor = port.as_ref().map_or_else(|| simulated(&scene), |port| self.at_board(port, &scene))?;
         let map = motor.commissioned.map.map_err(CommandError::Unfit)?;
+        if let Some(port) = port.filter(|_| self.keep) {
+            let scene = scene.clone().with_response_map(map);
+            serial::keep(&port.port, port.baud(), &scene).map_err(|error| failed(error, None))?;
+            progress::note("note: the board keeps the map over a loss of power");
+        }
         let findings = Findings {
             files: vec![(MAP_FILE.to_owned(), map_text(&map))],
             json: commissioning::json(&motor),
@@ -64,6 +90,35 @@ impl CommissionArgs {
         };
         Ok(publication.publish(findings, &request)?)
     }
+
+    /// The motor at the board at `port`, whose design, instruments and prior map are those of `scene`.
+    fn at_board(&self, port: &PortArgs, scene: &Scene) -> Result<CommissionedMotor, CommandError> {
+        let (interrupted, source) = (port.watch()?, FrameSource::named(&self.camera));
+        let mut view = LiveView::new(None);
+        let run = SerialRun {
+            port: &port.port,
+            baud: port.baud(),
+            scene,
+            task: BoardTask::Commission,
+            keeping: Keeping::Untouched,
+            source: &source,
+            interrupted: &interrupted,
+        };
+        let run = run.run(&mut view);
+        view.end();
+        match run.map_err(|error| failed(error, None))?.task {
+            TaskFigures::Commission(figures) => Ok(figures.motor),
+            TaskFigures::Move(_) | TaskFigures::Rate(_) => unreachable!("it was asked to commission"),
+        }
+    }
+}
+
+/// The motor that the scene's seed draws.
+fn simulated(scene: &Scene) -> Result<CommissionedMotor, CommandError> {
+    let bar = progress::bar(TENTHS_MAX);
+    let motor = commission::run(scene, |_| bar.inc(1))?;
+    bar.finish_and_clear();
+    Ok(motor)
 }
 
 /// The text of the map's file, which says what it is of.

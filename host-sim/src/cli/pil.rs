@@ -1,11 +1,12 @@
-//! `pil`: the firmware on an emulated board moves the simulated motor, or holds its rate, beside the host.
+//! `pil`: the firmware on an emulated board moves the simulated motor, holds its rate or commissions it, beside the
+//! host.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::readers::{PIL_MOVE, PIL_RATE};
+use super::readers::{PIL_COMMISSION, PIL_MOVE, PIL_RATE};
 use super::report::Request;
 #[cfg(feature = "telemetry")]
 use super::telemetry;
@@ -37,6 +38,10 @@ pub(super) struct PilArgs {
     /// Time in s for which the rate is held
     #[arg(long, value_name = "S", allow_negative_numbers = true, requires = "deg_s")]
     duration: Option<String>,
+    /// Commission the motor instead of a move: the host orders the experiments, and the firmware makes them
+    #[arg(long)]
+    #[arg(conflicts_with_all = ["to", "deg_s", "plan", "telemetry"])]
+    commission: bool,
     /// Program to run, instead of building it
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
@@ -71,6 +76,10 @@ impl PilArgs {
             let run = self.locked(&elf, |board| pil::hold_rate(&scene, board))?;
             return self.print(&scene, &run, &run.json(), run.difference.clone());
         }
+        if self.commission {
+            let run = self.locked(&elf, |board| pil::commission(&scene, board))?;
+            return self.print(&scene, &run, &run.json(), run.difference.clone());
+        }
         if self.plan {
             let plan = self.plan(&scene, &elf)?;
             return Ok(files::print(&self.format.of(plan.to_string(), files::json_line(&plan)))?);
@@ -83,9 +92,13 @@ impl PilArgs {
         self.print(&scene, &format_args!("{run}{log}"), &run.json(), run.difference.clone())
     }
 
-    /// The scene; a move and a rate read other keys of it.
+    /// The scene; each task reads other keys of it.
     fn scene(&self) -> Result<Scene, CommandError> {
-        let reader = if self.deg_s.is_some() { &PIL_RATE } else { &PIL_MOVE };
+        let reader = match (&self.deg_s, self.commission) {
+            (Some(_), _) => &PIL_RATE,
+            (None, true) => &PIL_COMMISSION,
+            (None, false) => &PIL_MOVE,
+        };
         let flags =
             [("position.to_deg", &self.to), ("rate.deg_s", &self.deg_s), ("rate.duration_s", &self.duration)];
         self.scene.load_for(reader, &flags)

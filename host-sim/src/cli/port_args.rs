@@ -24,6 +24,11 @@ pub(super) struct PortArgs {
 }
 
 impl PortArgs {
+    /// The port `port` at `baud`.
+    pub fn new(port: &str, baud: u64) -> Self {
+        Self { port: port.to_owned(), baud }
+    }
+
     /// The rate of the line.
     #[expect(clippy::cast_possible_truncation, reason = "at most 12,000,000")]
     pub fn baud(&self) -> u32 {

@@ -61,6 +61,10 @@ const BOARD_RATE: [&str; 11] = [
     "rate.duration_s",
 ];
 
+/// What commissioning reads.
+const COMMISSION: [&str; 9] =
+    ["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "board"];
+
 /// What is read for a move or a rate of a board.
 const BOARD: [&str; 12] = [
     "seed",
@@ -101,7 +105,7 @@ pub(super) const READERS: [Reader; 18] = [
     reader("import", &["motor", "camera", "ldv", "estimator", "record.model"]),
     reader("simulate", &["seed", "motor", "simulate", "plant.rotor"]),
     reader("position", &MOVE),
-    reader("commission", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator"]),
+    reader("commission", &COMMISSION),
     reader(
         "rate",
         &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "board", "rate"],
@@ -171,6 +175,9 @@ pub(super) const PIL_MOVE: Reader = reader("pil without --deg-s", &MOVE);
 
 /// What `pil` reads for a rate.
 pub(super) const PIL_RATE: Reader = reader("pil --deg-s", &BOARD_RATE);
+
+/// What `pil` reads for experiments.
+pub(super) const PIL_COMMISSION: Reader = reader("pil --commission", &COMMISSION);
 
 /// Whether `key` is one of `names` or begins with the words of one.
 fn is_among(key: &str, names: &[&str]) -> bool {

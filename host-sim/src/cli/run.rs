@@ -136,7 +136,7 @@ impl RunArgs {
 }
 
 /// The error of a run that did not end, with what is kept of it.
-fn failed(error: SerialError, log: Option<LogRecorder>) -> CommandError {
+pub(super) fn failed(error: SerialError, log: Option<LogRecorder>) -> CommandError {
     let kept = match log.map(|log| log.finish(Ending::Interrupted)) {
         Some(Err(LogError::Interrupted { kept })) => format!("; {kept}"),
         Some(Err(error)) => return error.into(),
@@ -149,7 +149,7 @@ fn failed(error: SerialError, log: Option<LogRecorder>) -> CommandError {
 const LINE_EVERY: Duration = Duration::from_secs(1);
 
 /// Shows a run on standard error while it goes on, and logs it.
-struct LiveView {
+pub(super) struct LiveView {
     log: Option<LogRecorder>,
     /// A few lines that are drawn anew, on a terminal.
     lines: Option<ProgressBar>,
@@ -157,13 +157,13 @@ struct LiveView {
 }
 
 impl LiveView {
-    fn new(log: Option<LogRecorder>) -> Self {
+    pub(super) fn new(log: Option<LogRecorder>) -> Self {
         let lines = std::io::stderr().is_terminal().then(progress::lines);
         Self { log, lines, printed: None }
     }
 
     /// Ends the view, and gives the log back.
-    fn end(self) -> Option<LogRecorder> {
+    pub(super) fn end(self) -> Option<LogRecorder> {
         if let Some(lines) = self.lines {
             lines.finish_and_clear();
         }

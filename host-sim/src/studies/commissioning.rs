@@ -22,6 +22,7 @@ pub use trials::{CommissioningTrial, CommissioningTrials};
 
 use controller::commissioning::CommissioningEnd;
 use controller::commissioning::findings::{Finding, FindingKind};
+use simulation::runs::commission::CommissionedMotor;
 
 /// How commissioning ended, in a word.
 pub(crate) fn end_word(end: CommissioningEnd) -> &'static str {
@@ -31,6 +32,11 @@ pub(crate) fn end_word(end: CommissioningEnd) -> &'static str {
         CommissioningEnd::NoEstimate => "no_estimate",
         CommissioningEnd::NeverRests => "never_rests",
     }
+}
+
+/// The motor in words.
+fn name(motor: &CommissionedMotor) -> String {
+    motor.seed.map_or_else(|| "Motor at the board".to_owned(), |seed| format!("Motor of seed {seed}"))
 }
 
 /// A finding in a word.

@@ -14,9 +14,10 @@ use rand_pcg::Pcg64;
 use super::*;
 use crate::{
     BoardFault, BoardIdentity, BoardMessage, CameraAges, CameraRecord, Coded, CommandRecord, Configuration,
-    Counters, Deframer, DescriptionDigests, EstimateRecord, FilterKind, ForecastRecord, HostMessage,
-    InnovationRecord, Jog, JogReport, KeptDescription, LdvRecord, LdvRecords, MotorParameterRecord,
-    PhaseRecord, RateConfiguration, RateLimitsRecord, RatePhase, RateRecord, ResetCause, SelfTestReport,
+    Counters, Deframer, DescriptionDigests, EstimateRecord, ExperimentDrive, ExperimentRecord,
+    ExperimentsConfiguration, FilterKind, ForecastRecord, HostMessage, InnovationRecord, Jog, JogReport,
+    KeptDescription, LdvRecord, LdvRecords, MotorParameterRecord, PhaseRecord, RateConfiguration,
+    RateLimitsRecord, RatePhase, RateRecord, ResetCause, ResponseRecord, SelfTestReport, ShownRecord,
     TargetRecord, TickRecord, UnreachableRecord, VelocitySums, encode_camera, map_messages,
 };
 
@@ -65,6 +66,15 @@ const LIMITS: RateLimitsRecord = RateLimitsRecord {
     progress_window_nanos: Some(150_000_000),
 };
 
+fn experiment(drive: ExperimentDrive) -> HostMessage {
+    let mode = Some(DriveMode::C).into();
+    HostMessage::Experiment(ExperimentRecord { number: 300, mode, amplitude: 0.75, drive })
+}
+
+fn response(shown: ShownRecord) -> BoardMessage {
+    BoardMessage::Response(ResponseRecord { number: 300, shown })
+}
+
 fn host_messages() -> Vec<HostMessage> {
     let camera = HostMessage::Camera(CameraRecord {
         exposed_nanos: 123_456_789,
@@ -94,6 +104,14 @@ fn host_messages() -> Vec<HostMessage> {
         HostMessage::SelfTest,
         HostMessage::Zero { angle_units: None },
         HostMessage::Zero { angle_units: Some(-1 << 33) },
+        HostMessage::ConfigureExperiments(ExperimentsConfiguration {
+            filter: FilterKind::ConstantRate,
+            time_max_nanos: 60_000_000_000,
+        }),
+        experiment(ExperimentDrive::Sweep),
+        experiment(ExperimentDrive::Cruise),
+        experiment(ExperimentDrive::Train { ticks: 300, count: 8 }),
+        HostMessage::Response,
         arm,
         HostMessage::Step,
         camera,
@@ -227,7 +245,32 @@ fn board_messages() -> Vec<BoardMessage> {
             time_s: 0.1,
         })),
     ]
-    .into()
+    .into_iter()
+    .chain(experiment_messages())
+    .collect()
+}
+
+/// The same of experiments.
+fn experiment_messages() -> [BoardMessage; 7] {
+    [
+        BoardMessage::ExperimentTaken { number: 300 },
+        response(ShownRecord::Lost),
+        response(ShownRecord::Sweep([[-25.0, 1e-6, 0.25]; 16].into_iter().collect())),
+        response(ShownRecord::Cruise {
+            windows: [[0.5, 1e-9, 0.05]; 8].into_iter().collect(),
+            rate_rad_s: 16.0,
+            coast_rad: 0.125,
+            to_rest_s: 0.03,
+        }),
+        response(ShownRecord::Train {
+            turned_rad: 1e-3,
+            turned_rad2: 1e-10,
+            independent: true,
+            to_rest_s: 0.01,
+        }),
+        BoardMessage::Fault(BoardFault::NoExperiments),
+        BoardMessage::Fault(BoardFault::NotInOrder),
+    ]
 }
 
 /// The frames of this version are those of its file, byte for byte. Where they have to change, [`VERSION`] goes up and
@@ -308,7 +351,7 @@ fn exact_another_version_is_told_from_damage() {
     let length = cobs::encode(&content, &mut frame);
     let decoded = decode::<HostMessage>(&mut frame[..length]);
     assert_eq!(decoded, Err(FrameError::Version { theirs: VERSION + 1 }));
-    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 9, expected 8");
+    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 10, expected 9");
 }
 
 /// A million frames, each damaged in one of five ways, on one line: none but whole ones are accepted.

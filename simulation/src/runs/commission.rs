@@ -1,38 +1,40 @@
-//! Commissioning in closed loop: the controller's own loop body, [`controller::commissioning::tick_commissioning`], on
-//! the rig.
+//! Commissioning in closed loop: experiments by the controller's own loop body,
+//! [`controller::commissioning::tick_experiment`], on the rig, and the plan of them between the ticks.
 //!
 //! The prior is the scene's response map. The scene's motor is known to the loop by its instruments alone.
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use controller::ResponseMap;
+use controller::commissioning::experiment::{Experiment, Response};
 use controller::commissioning::resonance::SweepPoint;
 use controller::commissioning::{
-    Commissioned, Commissioning, CommissioningReport, CommissioningTick, CommissioningTuning,
-    tick_commissioning,
+    Commissioned, Commissioning, CommissioningEnd, ExperimentPhase, ExperimentReport, ExperimentTuning,
+    Experimenter, tick_experiment,
 };
-use motor_model::{DriveMode, Parameter, Time};
+use controller::{InFlight, ResponseMap};
+use motor_model::{DriveMode, MotorParams, Parameter, Time};
 
 use crate::runs::RunError;
+use crate::runs::closed_loop::latency_ticks;
 use crate::runs::filter::AnyFilter;
-use crate::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
+use crate::runs::tick_driver::{Moment, RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
 use crate::world::instruments::assumed;
 
-/// A filter and the state machine.
-struct CommissioningProgram {
+/// The experiments of a motor in the loop.
+#[derive(Debug)]
+pub struct ExperimentProgram {
     filter: AnyFilter,
-    prior: Arc<ResponseMap>,
-    commissioning: Commissioning,
+    experimenter: Experimenter,
+    in_flight: InFlight<ExperimentReport>,
 }
 
-impl TickProgram for CommissioningProgram {
-    type Report = CommissioningReport;
+impl TickProgram for ExperimentProgram {
+    type Report = ExperimentReport;
 
-    fn tick(&mut self, now: Time, ports: &mut RigPorts) -> CommissioningReport {
-        let Self { filter, prior, commissioning } = self;
-        tick_commissioning(&mut CommissioningTick { prior, filter, commissioning }, now, ports)
+    fn tick(&mut self, now: Time, ports: &mut RigPorts) -> ExperimentReport {
+        let Self { filter, experimenter, in_flight } = self;
+        tick_experiment(filter, experimenter, in_flight, now, ports)
     }
 }
 
@@ -43,14 +45,118 @@ pub struct CommissionedMotor {
     pub commissioned: Commissioned,
     /// The powers that the sweeps of modes B and C have shown.
     pub swept: [Vec<SweepPoint>; 2],
-    /// The true motor's resonances in Hz, and those of the design, for modes B and C.
-    pub true_resonances_hz: [f64; 2],
-    /// The design's.
+    /// The true motor's resonances in Hz, for modes B and C; `None` of a motor that is not simulated.
+    pub true_resonances_hz: Option<[f64; 2]>,
+    /// Those of the design.
     pub design_resonances_hz: [f64; 2],
     /// The map that it began with.
     pub prior: Arc<ResponseMap>,
-    /// Seed of the motor.
-    pub seed: u64,
+    /// Seed of a motor that is simulated.
+    pub seed: Option<u64>,
+}
+
+impl CommissionedMotor {
+    /// A motor of the design of `scene`, of which `commissioning` has ended with `end` after `time_s` of its time.
+    /// `true_params` are those of a motor that is simulated.
+    pub fn new(
+        scene: &Scene,
+        prior: Arc<ResponseMap>,
+        commissioning: &Commissioning,
+        (end, time_s): (CommissioningEnd, f32),
+        true_params: Option<&MotorParams>,
+    ) -> Self {
+        let hz = |params: &MotorParams| {
+            [Parameter::ModeBFrequency, Parameter::ModeCFrequency].map(|parameter| params.get(parameter))
+        };
+        Self {
+            commissioned: commissioning.result(&prior, end, time_s),
+            swept: [DriveMode::B, DriveMode::C].map(|mode| commissioning.swept(mode).to_vec()),
+            true_resonances_hz: true_params.map(hz),
+            design_resonances_hz: hz(&scene.motor_params()),
+            prior,
+            seed: true_params.map(|_| scene.seed()),
+        }
+    }
+}
+
+/// What was planned between two ticks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Planned {
+    /// The experiment under way goes on.
+    Nothing,
+    /// Another one is ordered.
+    Ordered(Experiment),
+    /// It is over.
+    Ended(CommissioningEnd),
+}
+
+/// A motor that is being commissioned: the loop, and the plan.
+#[derive(Debug)]
+pub struct CommissioningRun {
+    driver: TickDriver<ExperimentProgram>,
+    prior: Arc<ResponseMap>,
+    commissioning: Commissioning,
+}
+
+impl CommissioningRun {
+    /// The motor of `scene`, at rest.
+    ///
+    /// # Errors
+    /// When the scene is refused.
+    pub fn new(scene: &Scene) -> Result<Self, RunError> {
+        let instruments = assumed(scene).checked()?;
+        let program = ExperimentProgram {
+            filter: AnyFilter::of(scene)?,
+            experimenter: Experimenter::new(ExperimentTuning::new(&instruments), Time::ZERO),
+            in_flight: InFlight::new(),
+        };
+        Ok(Self {
+            driver: TickDriver::new(scene, program)?.with_latency(latency_ticks(scene)),
+            prior: scene.response_map()?,
+            commissioning: Commissioning::new(&instruments),
+        })
+    }
+
+    /// Runs the next tick.
+    pub fn next_tick(&mut self) -> Moment<ExperimentReport> {
+        self.driver.next_tick()
+    }
+
+    /// The driver, to look at it or to overrule its command.
+    pub fn driver_mut(&mut self) -> &mut TickDriver<ExperimentProgram> {
+        &mut self.driver
+    }
+
+    /// The response of the last experiment, and its number, once it is over.
+    pub fn response(&self) -> Option<(u16, &Response)> {
+        let experimenter = &self.driver.program().experimenter;
+        experimenter.response().map(|response| (experimenter.number(), response))
+    }
+
+    /// Takes the response of the experiment that is over, and orders the next one.
+    pub fn plan(&mut self) -> Planned {
+        let Self { driver, prior, commissioning } = self;
+        let experimenter = &mut driver.program_mut().experimenter;
+        match experimenter.phase() {
+            ExperimentPhase::Ended(end) => return Planned::Ended(end),
+            ExperimentPhase::Ready => {}
+            _ => return Planned::Nothing,
+        }
+        if let Some(response) = experimenter.response() {
+            commissioning.take(prior, response);
+        }
+        match commissioning.next(prior) {
+            Some(experiment) if experimenter.order(experiment) => Planned::Ordered(experiment),
+            Some(_) => Planned::Nothing,
+            None => Planned::Ended(CommissioningEnd::Enough),
+        }
+    }
+
+    /// What has come of it, when it has ended with `end` after `time_s`.
+    pub fn finish(self, scene: &Scene, end: CommissioningEnd, time_s: f32) -> CommissionedMotor {
+        let params = *self.driver.plant().params();
+        CommissionedMotor::new(scene, self.prior, &self.commissioning, (end, time_s), Some(&params))
+    }
 }
 
 /// Commissions the motor of `scene`, and calls `passed` with the motor time in s every tenth of a second.
@@ -58,32 +164,17 @@ pub struct CommissionedMotor {
 /// # Errors
 /// When the scene is refused.
 pub fn run(scene: &Scene, mut passed: impl FnMut(f64)) -> Result<CommissionedMotor, RunError> {
-    let prior = scene.response_map()?;
-    let tuning = CommissioningTuning::new(&assumed(scene).checked()?);
-    let program = CommissioningProgram {
-        filter: AnyFilter::of(scene)?,
-        prior: prior.clone(),
-        commissioning: Commissioning::new(tuning, Time::ZERO),
-    };
-    let mut driver = TickDriver::new(scene, program)?;
+    let mut run = CommissioningRun::new(scene)?;
     let mut told = 0;
-    let commissioned = driver.run(|driver, moment| {
+    loop {
+        let moment = run.next_tick();
         let tenths = moment.at.nanos() / 100_000_000;
         if tenths > told {
             told = tenths;
             passed(moment.seconds());
         }
-        let CommissioningProgram { prior, commissioning, .. } = driver.program();
-        commissioning.result(prior).map_or(ControlFlow::Continue(()), ControlFlow::Break)
-    });
-    let resonances = [Parameter::ModeBFrequency, Parameter::ModeCFrequency];
-    let swept = |mode| driver.program().commissioning.swept(mode).to_vec();
-    Ok(CommissionedMotor {
-        commissioned,
-        swept: [swept(DriveMode::B), swept(DriveMode::C)],
-        true_resonances_hz: resonances.map(|parameter| driver.plant().params().get(parameter)),
-        design_resonances_hz: resonances.map(|parameter| scene.motor_params().get(parameter)),
-        prior,
-        seed: scene.seed(),
-    })
+        if let Planned::Ended(end) = run.plan() {
+            return Ok(run.finish(scene, end, moment.at.seconds_since(Time::ZERO)));
+        }
+    }
 }

@@ -53,7 +53,8 @@ const LONG: [&[&str]; 5] = [
     &["sweep", "--plan"],
 ];
 
-/// What builds the firmware and runs it in QEMU, or needs a board: it is parsed here and run in `tests/qemu`.
+/// What builds the firmware and runs it in QEMU, or needs a board: it is parsed here and run in `tests/qemu` and
+/// `tests/serial`. So is all that has a port.
 const IN_QEMU: [&str; 6] = ["instructions", "jog", "pil", "run", "self-test", "size"];
 
 /// What does not belong to the project and is left alone.
@@ -191,7 +192,8 @@ fn check_host_sim(
     if reader.is_first_with(&parsed) {
         reader.succeeds(&parsed)?;
     }
-    let in_qemu = arguments.first().is_some_and(|command| IN_QEMU.contains(&command.as_str()));
+    let in_qemu = arguments.first().is_some_and(|command| IN_QEMU.contains(&command.as_str()))
+        || arguments.iter().any(|of| of == "--port");
     let is_long = LONG.iter().any(|words| words.iter().all(|word| arguments.iter().any(|of| of == word)));
     if place == Place::Prose || in_qemu || is_long {
         return Ok(());

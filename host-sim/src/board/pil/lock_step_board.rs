@@ -198,6 +198,10 @@ impl Processor for LockStepBoard {
         self.ask(&HostMessage::Arm, &BoardMessage::Armed)
     }
 
+    fn tell(&mut self, message: &HostMessage) -> Result<BoardMessage, BoardError> {
+        self.answer(message)
+    }
+
     fn tick(&mut self, measurements: &TickMeasurements) -> Result<TickRecord, BoardError> {
         let mut bytes = Vec::with_capacity(2 * FRAME_BYTES_MAX);
         if !measurements.ldv_samples.is_empty() {

@@ -115,6 +115,10 @@ impl Processor for SecondLoop {
         Ok(())
     }
 
+    fn tell(&mut self, _: &HostMessage) -> Result<BoardMessage, BoardError> {
+        Err(BoardError::Board("makes no experiments".to_owned()))
+    }
+
     fn tick(&mut self, measurements: &TickMeasurements) -> Result<TickRecord, BoardError> {
         self.ticks += 1;
         let now = Time::from_nanos(self.ticks * PositionLoop::TICK_NANOS);

@@ -15,7 +15,9 @@ use serde::Serialize;
 
 use super::SerialError;
 use super::session::BoardSession;
+use super::task::BoardTask;
 use crate::board::pil::acknowledgement;
+use simulation::scene::Scene;
 
 /// Times that the board is told what the run needs, before the host gives up.
 const UPLOADS_MAX: u32 = 3;
@@ -71,6 +73,16 @@ pub(super) fn prepare(
     Ok(DescriptionFigures { digest: format!("{digest:016x}"), sent, kept: is_kept || keeps })
 }
 
+/// Lets the board at a port keep the description of the bench of `scene`, with its map, over a loss of power.
+///
+/// # Errors
+/// When there is no board, it has no place for a description, or refuses this one.
+pub fn keep(port: &str, baud: u32, scene: &Scene) -> Result<DescriptionFigures, SerialError> {
+    let messages = BoardTask::Move.preparation(scene)?;
+    let mut session = BoardSession::open(port, baud)?;
+    prepare(&mut session, &messages, Keeping::Keep, |_| ())
+}
+
 /// Tells the board `messages`. The line may lose a frame or its answer: without an answer the board is told everything
 /// again, at most [`UPLOADS_MAX`] times in all.
 pub(super) fn upload(session: &mut BoardSession, messages: &[HostMessage]) -> Result<(), SerialError> {
@@ -95,6 +107,7 @@ fn what(message: &HostMessage) -> &'static str {
         HostMessage::MotorParameter(_) => "a parameter of the motor",
         HostMessage::MapBegin | HostMessage::MapRows(_) | HostMessage::MapEnd(_) => "the response map",
         HostMessage::ConfigureRate(_) => "the rate",
+        HostMessage::ConfigureExperiments(_) => "the experiments",
         HostMessage::Keep => "to keep the description",
         HostMessage::Forget => "to forget its description",
         _ => "the move",

@@ -6,6 +6,7 @@ use link::{BoardIdentity, Counters, LOOP_DIGEST, ResetCause};
 use serde::Serialize;
 
 use super::description::DescriptionFigures;
+use simulation::runs::commission::CommissionedMotor;
 
 /// The board's clock beside the host's.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -143,6 +144,25 @@ pub enum TaskFigures {
     Move(MoveFigures),
     /// A rate.
     Rate(RateFigures),
+    /// A motor that was commissioned.
+    Commission(Box<CommissionFigures>),
+}
+
+/// What became of the experiments on a motor.
+#[derive(Clone, Debug, Serialize)]
+pub struct CommissionFigures {
+    /// How many experiments were made.
+    pub experiments: u16,
+    /// What has come of them.
+    #[serde(skip)]
+    pub motor: CommissionedMotor,
+}
+
+/// By what is told: of a motor that is its map.
+impl PartialEq for CommissionFigures {
+    fn eq(&self, other: &Self) -> bool {
+        self.experiments == other.experiments && self.motor.commissioned.map == other.motor.commissioned.map
+    }
 }
 
 /// Times, clocks and line of a run, whatever its task.
@@ -249,6 +269,7 @@ impl fmt::Display for SerialOutcome {
         match &self.task {
             TaskFigures::Move(figures) => figures.fmt(f)?,
             TaskFigures::Rate(figures) => figures.fmt(f)?,
+            TaskFigures::Commission(figures) => writeln!(f, "experiments        {}", figures.experiments)?,
         }
         self.session.fmt(f)
     }

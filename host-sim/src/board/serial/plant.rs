@@ -1,10 +1,9 @@
 //! The simulated motor under the drive that the board reports: hardware in the loop.
 //!
 //! The plant has no time of its own: it runs as far as the board has reported, and its frames go to the board at once.
-//! A report tells the drive and, of a cruise, a burst or a brake, when it began. When a drive ended between two reports
-//! is not told: the plant takes it to have ended with the later one, and misses a drive that began and ended in
-//! between. The board reports every millisecond. A rate changes its drive twice in that time: of both changes the plant
-//! learns the second, and when it was.
+//! A move and an experiment report every tick in which they change their drive, so that the plant has the very drive of
+//! the board, where no report is lost on the line. A rate reports every millisecond, and changes its drive twice in that
+//! time: of both changes the plant learns the second, and when it was.
 
 use controller::{Drive as _, PositionLoop, Sense as _};
 use estimator::CameraFrame;

@@ -21,6 +21,11 @@ pub enum Goal {
         /// The rate in deg/s.
         rate_deg_s: f64,
     },
+    /// The map of the motor.
+    Map {
+        /// Experiments that were ordered by now.
+        experiments: u16,
+    },
 }
 
 impl fmt::Display for Goal {
@@ -28,6 +33,7 @@ impl fmt::Display for Goal {
         match self {
             Self::Angle { target_deg } => write!(f, "target {target_deg:+.4} deg"),
             Self::Rate { rate_deg_s } => write!(f, "rate {rate_deg_s:+.2} deg/s"),
+            Self::Map { experiments } => write!(f, "experiment {experiments}"),
         }
     }
 }

@@ -4,6 +4,7 @@
 //! count from arming.
 
 use controller::PositioningPhase;
+use controller::commissioning::{CommissioningEnd, ExperimentPhase};
 use controller::rate::RateStop;
 use estimator::{CameraFrame, Estimate, Health, Innovation};
 use link::numbering::PhaseRecord;
@@ -150,6 +151,17 @@ fn task(phase: PhaseRecord, health: Health, rate: Option<RateRecord>) -> Task {
             RateStop::WrongWay => "Stopped(WrongWay)",
             RateStop::EndOfTravel => "Stopped(EndOfTravel)",
             RateStop::DrivenTooLong => "Stopped(DrivenTooLong)",
+        }),
+        PhaseRecord::Experiment(phase) => Task::Told(match phase {
+            ExperimentPhase::Resting => "Resting",
+            ExperimentPhase::Sweeping => "Sweeping",
+            ExperimentPhase::Cruising => "Cruise",
+            ExperimentPhase::Bursting => "Burst",
+            ExperimentPhase::Ready => "Ready",
+            ExperimentPhase::Ended(CommissioningEnd::Enough) => "Ended(Enough)",
+            ExperimentPhase::Ended(CommissioningEnd::TimeOver) => "Ended(TimeOver)",
+            ExperimentPhase::Ended(CommissioningEnd::NoEstimate) => "Ended(NoEstimate)",
+            ExperimentPhase::Ended(CommissioningEnd::NeverRests) => "Ended(NeverRests)",
         }),
         PhaseRecord::Waiting => Task::Position(PositioningPhase::Waiting(health)),
         PhaseRecord::Cruise => Task::Told("Cruise"),

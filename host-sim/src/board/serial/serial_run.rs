@@ -1,4 +1,4 @@
-//! A move or a rate on a real board: from the first message to the acknowledged stop.
+//! A task on a real board: from the first message to the acknowledged stop.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use controller::PositionLoop;
 use estimator::CameraFrame;
-use link::{BoardMessage, Header, HostMessage, LdvRecords, SHORT_FRAME_BYTES, TickRecord};
+use link::{BoardFault, BoardMessage, Header, HostMessage, LdvRecords, SHORT_FRAME_BYTES, TickRecord};
 use motor_model::{DriveCommand, Time};
 
 use super::SerialError;
@@ -47,7 +47,7 @@ const PROGRESS_EVERY: Duration = Duration::from_millis(100);
 /// Share of the line that camera frames may take.
 const FRAMES_SHARE_MAX: f64 = 0.7;
 
-/// A move or a rate on the board at a serial port.
+/// A task on the board at a serial port.
 #[derive(Clone, Copy, Debug)]
 pub struct SerialRun<'a> {
     /// Name of the port.
@@ -67,7 +67,7 @@ pub struct SerialRun<'a> {
 }
 
 impl SerialRun<'_> {
-    /// Makes the move, or holds the rate. The drive is off at the end, whatever the end is.
+    /// Makes the move, holds the rate, or commissions the motor. The drive is off at the end, whatever the end is.
     ///
     /// # Errors
     /// When the line does not carry the scene's instruments, there is no board, it refuses the scene, or the run ends
@@ -82,13 +82,14 @@ impl SerialRun<'_> {
             _ => None,
         };
         let messages = self.task.preparation(self.scene)?;
+        let task = self.task.watched(self.scene)?;
         let mut session = BoardSession::open(self.port, self.baud)?;
         let identity = IdentityFigures::from(session.identity()?);
         watcher.board(&identity);
         let description = prepare(&mut session, &messages, self.keeping, |kept| watcher.kept(kept))?;
         self.source.forward_to(session.sender());
         let ticks = session.arm()?;
-        let mut armed = ArmedRun::new(self, session, (identity, description), plant, ticks);
+        let mut armed = ArmedRun::new(session, task, (identity, description), plant, ticks);
         let ending = armed.watch(self.interrupted, watcher);
         armed.end(ending)
     }
@@ -116,7 +117,7 @@ pub(super) fn check_frames(scene: &Scene, baud: u32) -> Result<(), SerialError> 
 
 /// Why the watch has ended.
 enum Ending {
-    /// The board holds the target, has held the rate, or has given up.
+    /// The board holds the target, has held the rate, its motor is commissioned, or it has given up.
     Over,
     /// Before that.
     Early(Early),
@@ -126,7 +127,7 @@ enum Ending {
 enum Early {
     Interrupted,
     Silent,
-    Fault(link::BoardFault),
+    Fault(BoardFault),
     SourceFailed(super::frame_text::FrameTextError),
     SourceEnded,
     /// No stop can be sent.
@@ -163,8 +164,8 @@ struct ArmedRun {
 
 impl ArmedRun {
     fn new(
-        asked: &SerialRun<'_>,
         mut session: BoardSession,
+        task: WatchedTask,
         (identity, description): (IdentityFigures, DescriptionFigures),
         plant: Option<PlantInTheLoop>,
         begun_ticks: u64,
@@ -180,7 +181,7 @@ impl ArmedRun {
             records: ReportRecords::new(Time::from_nanos(begun_ticks * PositionLoop::TICK_NANOS)),
             armed_at: now,
             begun_ticks,
-            task: asked.task.watched(asked.scene),
+            task,
             last: None,
             pace: BoardPace::new(now, begun_ticks),
             time_asked: now,
@@ -227,6 +228,9 @@ impl ArmedRun {
             self.progress_at = now;
             watcher.progress(&progress);
         }
+        if let Some(message) = self.task.due(now) {
+            self.session.send(&message)?;
+        }
         let Some(event) = self.session.next_event_until(now + nanos(LOOK_EVERY)) else {
             return Ok(false);
         };
@@ -239,8 +243,10 @@ impl ArmedRun {
                 self.time_answers = self.time_answers.saturating_add(1);
                 self.time_answered = true;
             }
+            // An order or a question that came twice, or too early: it is asked again.
+            Event::Board { message: BoardMessage::Fault(BoardFault::NotInOrder), .. } => {}
             Event::Board { message: BoardMessage::Fault(fault), .. } => return Err(Early::Fault(fault)),
-            Event::Board { .. } => {}
+            Event::Board { message, .. } => self.task.take_answer(&message),
             Event::OtherVersion { theirs } => return Err(SerialError::OtherVersion { theirs }.into()),
             Event::Closed(reason) => return Err(self.session.closed(reason, Some(self.armed_at)).into()),
             Event::Frame(frame) => self.host_frame(&frame)?,

@@ -1,4 +1,4 @@
-//! What is asked of a board, and what is seen of it: a move, or a rate.
+//! What is asked of a board, and what is seen of it: a move, a rate, or the experiments that commission its motor.
 //!
 //! The mean of a rate is the turn from the first to the last report in which the rotor follows, over the time between
 //! them, without the first [`SETTLE_S`]:
@@ -9,14 +9,15 @@
 //!
 //! Its error is that of the two angles over the time between them.
 
-use link::{HostMessage, PhaseRecord, RatePhase};
+use link::{BoardMessage, HostMessage, PhaseRecord, RatePhase};
 use motor_model::{Angle, Time};
 
+use super::commissioned::WatchedCommissioning;
 use super::outcome::{MoveFigures, RateFigures, TaskFigures};
 use super::progress::Goal;
 use super::report_record::{Reported, sd_deg};
 use crate::board::BoardError;
-use crate::board::pil::{preparation, rate_preparation};
+use crate::board::pil::{commission_preparation, preparation, rate_preparation};
 use simulation::runs::rate::{SETTLE_S, reason};
 use simulation::runs::record::Truth;
 use simulation::scene::Scene;
@@ -28,6 +29,8 @@ pub enum BoardTask {
     Move,
     /// The rate of a scene, from the start to its end.
     Rate,
+    /// The experiments that commission the motor, with the scene's map as the prior.
+    Commission,
 }
 
 impl BoardTask {
@@ -39,12 +42,16 @@ impl BoardTask {
         match self {
             Self::Move => preparation(scene),
             Self::Rate => rate_preparation(scene),
+            Self::Commission => commission_preparation(scene),
         }
     }
 
     /// What is to be seen of it.
-    pub(super) fn watched(self, scene: &Scene) -> WatchedTask {
-        match self {
+    ///
+    /// # Errors
+    /// When the scene's map is for another design.
+    pub(super) fn watched(self, scene: &Scene) -> Result<WatchedTask, BoardError> {
+        Ok(match self {
             Self::Move => WatchedTask::Move(WatchedMove {
                 target_deg: scene.number("position.to_deg"),
                 tolerance_deg: scene.number("position.tolerance_deg"),
@@ -56,15 +63,17 @@ impl BoardTask {
                 asked_s: scene.number("rate.duration_s"),
                 ..WatchedRate::default()
             }),
-        }
+            Self::Commission => WatchedTask::Commission(Box::new(WatchedCommissioning::new(scene)?)),
+        })
     }
 }
 
 /// What has been seen of a task.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub(super) enum WatchedTask {
     Move(WatchedMove),
     Rate(WatchedRate),
+    Commission(Box<WatchedCommissioning>),
 }
 
 impl WatchedTask {
@@ -73,6 +82,22 @@ impl WatchedTask {
         match self {
             Self::Move(watched) => watched.take(at, reported),
             Self::Rate(watched) => watched.take(at, reported, truth),
+            Self::Commission(watched) => watched.take(at, reported),
+        }
+    }
+
+    /// Takes an answer of the board that is none to what the run itself asks.
+    pub(super) fn take_answer(&mut self, answer: &BoardMessage) {
+        if let Self::Commission(watched) = self {
+            watched.take_answer(answer);
+        }
+    }
+
+    /// What the board is to be told now, at `now` of the host's clock, if anything is.
+    pub(super) fn due(&mut self, now: i64) -> Option<HostMessage> {
+        match self {
+            Self::Move(_) | Self::Rate(_) => None,
+            Self::Commission(watched) => watched.due(now),
         }
     }
 
@@ -80,6 +105,7 @@ impl WatchedTask {
         match self {
             Self::Move(watched) => Goal::Angle { target_deg: watched.target_deg },
             Self::Rate(watched) => Goal::Rate { rate_deg_s: watched.rate_deg_s },
+            Self::Commission(watched) => Goal::Map { experiments: watched.experiments() },
         }
     }
 
@@ -88,6 +114,7 @@ impl WatchedTask {
         match self {
             Self::Move(watched) => TaskFigures::Move(watched.figures(last, truth)),
             Self::Rate(watched) => TaskFigures::Rate(watched.figures()),
+            Self::Commission(watched) => TaskFigures::Commission(Box::new(watched.figures())),
         }
     }
 }
@@ -248,7 +275,7 @@ mod tests {
     #[test]
     fn exact_the_mean_is_over_what_follows_after_settling() {
         let sets = ["rate.deg_s=100".to_owned(), "rate.duration_s=2".to_owned()];
-        let mut watched = BoardTask::Rate.watched(&Scene::of_sets(&sets).unwrap());
+        let mut watched = BoardTask::Rate.watched(&Scene::of_sets(&sets).unwrap()).unwrap();
         let truth = |deg| Some(Truth { angle: Angle::from_degrees(deg), ..Truth::default() });
         for ms in 0..1000_u64 {
             let at = Time::from_nanos(ms * 1_000_000);
@@ -276,7 +303,7 @@ mod tests {
     fn exact_a_rate_that_ends_early_is_not_held() {
         let sets = ["rate.deg_s=100".to_owned(), "rate.duration_s=2".to_owned()];
         for (ms, ok) in [(1_000, false), (1_999, false), (2_000, true), (2_001, true)] {
-            let mut watched = BoardTask::Rate.watched(&Scene::of_sets(&sets).unwrap());
+            let mut watched = BoardTask::Rate.watched(&Scene::of_sets(&sets).unwrap()).unwrap();
             let at = Time::from_nanos(ms * 1_000_000);
             let following = reported(at, 1.0, true, None);
             assert!(!watched.take(at, &following, None));
@@ -291,11 +318,12 @@ mod tests {
     #[test]
     fn exact_what_is_not_known_is_not_said() {
         let scene = |rate: &str| Scene::of_sets(&[format!("rate.deg_s={rate}")]).unwrap();
-        let TaskFigures::Rate(figures) = BoardTask::Rate.watched(&scene("5")).figures(None, None) else {
+        let TaskFigures::Rate(figures) = BoardTask::Rate.watched(&scene("5")).unwrap().figures(None, None)
+        else {
             panic!("a rate")
         };
         assert_eq!((figures.measured_s, figures.mean_deg_s, figures.ok), (None, None, false));
-        let mut watched = BoardTask::Rate.watched(&scene("0"));
+        let mut watched = BoardTask::Rate.watched(&scene("0")).unwrap();
         for ms in [300, 400] {
             let at = Time::from_nanos(ms * 1_000_000);
             watched.take(at, &reported(at, 1.0, true, None), Some(Truth::default()));

@@ -109,8 +109,9 @@ pub(crate) fn figure(motor: &CommissionedMotor) -> Figure {
     let modes = [DriveMode::B, DriveMode::C];
     let figure = Figure::new("Commissioned map")
         .caption(format!(
-            "Motor of seed {}, {:.1} s of motor time. Bars: intervals of 95 %.",
-            motor.seed, motor.commissioned.time_s
+            "{}, {:.1} s of motor time. Bars: intervals of 95 %.",
+            super::name(motor),
+            motor.commissioned.time_s
         ))
         .panel(sweep_panel(motor));
     let figure = modes.into_iter().fold(figure, |figure, mode| figure.panel(cruise_panel(mode, &cruises)));

@@ -10,13 +10,13 @@ use crate::studies::study_report::StudyReport;
 pub(crate) fn report(motor: &CommissionedMotor) -> StudyReport {
     let time_s = f64::from(motor.commissioned.time_s);
     let offsets = rows::resonances(motor).into_iter().filter_map(|row| {
-        let off_hz = row.found_hz? - row.true_hz;
+        let off_hz = row.found_hz? - row.true_hz?;
         Some(KeyFigure::single(&format!("resonance of mode {}, off by", row.mode), "Hz", off_hz))
     });
     StudyReport {
         title: "Commissioning".to_owned(),
         verdict: tables::verdict(motor),
-        asked: vec![("motor", format!("that of seed {}, through its instruments alone", motor.seed))],
+        asked: vec![("motor", format!("{}, through its instruments alone", super::name(motor)))],
         pictures: vec![("commissioning.svg".to_owned(), picture::figure(motor))],
         document: tables::document(motor),
         key_figures: std::iter::once(KeyFigure::single("motor time", "s", time_s)).chain(offsets).collect(),

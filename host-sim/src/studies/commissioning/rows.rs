@@ -151,16 +151,17 @@ pub(crate) struct ResonanceRow {
     pub reduced_chi_square: Option<f64>,
     /// Whether the curve fits, at a probability of 1 %.
     pub fits: Option<bool>,
-    /// The true motor's, which only the simulation knows.
-    pub true_hz: f64,
+    /// The true motor's, which only the simulation knows; `null` without one.
+    pub true_hz: Option<f64>,
 }
 
 /// The resonances of modes B and C.
 pub(crate) fn resonances(motor: &CommissionedMotor) -> Vec<ResonanceRow> {
     let modes = [DriveMode::B, DriveMode::C].into_iter();
-    let hz = motor.design_resonances_hz.into_iter().zip(motor.true_resonances_hz);
+    let true_hz = motor.true_resonances_hz.map_or([None; 2], |hz| hz.map(Some));
+    let hz = motor.design_resonances_hz.into_iter().zip(true_hz);
     let found = motor.commissioned.resonances.into_iter();
-    let row = |((mode, (design_hz, true_hz)), found): ((DriveMode, (f64, f64)), Option<_>)| {
+    let row = |((mode, (design_hz, true_hz)), found): ((DriveMode, (f64, Option<f64>)), Option<_>)| {
         let found: Option<controller::commissioning::resonance::Resonance> = found;
         ResonanceRow {
             mode: format!("{mode:?}"),

@@ -13,8 +13,8 @@ use crate::report::files;
 /// A commissioned motor for programs.
 #[derive(Debug, Serialize)]
 struct Commissioning {
-    /// Seed of the motor.
-    seed: u64,
+    /// Seed of the motor; `null` of one that is not simulated.
+    seed: Option<u64>,
     /// How it ended.
     end: &'static str,
     /// Motor time.
@@ -110,7 +110,7 @@ fn resonance_table(motor: &CommissionedMotor) -> Table {
             with_sd(row.found_hz, row.sd_hz, 1),
             row.half_width_hz.map_or_else(|| "-".to_owned(), |width| format!("{width:.0}")),
             row.reduced_chi_square.map_or_else(|| "-".to_owned(), |chi| format!("{chi:.1}")),
-            format!("{:.1}", row.true_hz),
+            row.true_hz.map_or_else(|| "-".to_owned(), |hz| format!("{hz:.1}")),
         ]);
     }
     table
@@ -191,9 +191,10 @@ pub(crate) fn verdict(motor: &CommissionedMotor) -> String {
     let trials: u32 = rows::cruises(motor).iter().map(|row| u32::from(row.windows > 0)).sum::<u32>()
         + rows::bursts(motor).iter().map(|row| u32::from(row.trains > 0)).sum::<u32>();
     let mut text = format!(
-        "Motor of seed {}, measured for {:.1} s of its time: {trials} rows of the map by their own drive, the others \
+        "{}, measured for {:.1} s of its time: {trials} rows of the map by their own drive, the others \
          by the factor of their table.",
-        motor.seed, found.time_s
+        super::name(motor),
+        found.time_s
     );
     let sentences: Vec<String> = found.findings.iter().map(sentence).collect();
     if sentences.is_empty() {

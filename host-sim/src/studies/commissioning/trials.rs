@@ -79,7 +79,7 @@ impl CommissioningTrial {
         };
         let mut resonances = rows::resonances(&motor)
             .into_iter()
-            .map(|row| row.found_hz.zip(row.sd_hz).map(|(found, sd)| (found - row.true_hz, sd)));
+            .map(|row| row.found_hz.zip(row.true_hz).map(|(found, truth)| found - truth).zip(row.sd_hz));
         let findings = motor.commissioned.findings;
         Ok(Self {
             number,

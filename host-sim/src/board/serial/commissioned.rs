@@ -1,0 +1,150 @@
+//! The experiments that commission the motor at a board, ordered one by one.
+//!
+//! ```text
+//!            Ready                 the response                       taken
+//! Making ----------> Asking(k) ------------------> Ordering(k + 1) ----------> Making      or nothing pays: the end
+//! ```
+//!
+//! The plan is the controller's ([`Commissioning`]), and is made here, where a search takes no tick of the loop. The
+//! line may lose a message or its answer: it is sent again after [`ANSWER_WAIT`]. The board numbers experiments, so
+//! that an order that comes twice is one.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use controller::ResponseMap;
+use controller::commissioning::experiment::Experiment;
+use controller::commissioning::{Commissioning, CommissioningEnd, ExperimentPhase};
+use link::{BoardMessage, ExperimentRecord, HostMessage, PhaseRecord, ResponseRecord};
+use motor_model::Time;
+
+use super::outcome::CommissionFigures;
+use super::report_record::Reported;
+use super::session::nanos;
+use crate::board::BoardError;
+use simulation::runs::RunError;
+use simulation::runs::commission::CommissionedMotor;
+use simulation::scene::Scene;
+use simulation::world::instruments::assumed;
+
+/// The host's time after which a message without an answer is sent again. An emulated board is slower than the part.
+const ANSWER_WAIT: Duration = Duration::from_millis(300);
+
+/// What the host waits for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Waiting {
+    /// That the experiment is over.
+    Making,
+    /// What it has shown.
+    Asking,
+    /// That the next one is taken.
+    Ordering(Experiment),
+}
+
+/// What has been seen of the experiments.
+#[derive(Debug)]
+pub(super) struct WatchedCommissioning {
+    scene: Scene,
+    prior: Arc<ResponseMap>,
+    plan: Commissioning,
+    /// Number of the last experiment that was ordered.
+    number: u16,
+    waiting: Waiting,
+    /// When the message under way was sent.
+    sent_at: Option<i64>,
+    last_at: Time,
+    end: Option<CommissioningEnd>,
+}
+
+impl WatchedCommissioning {
+    /// Of the motor of `scene`, whose map is the prior.
+    ///
+    /// # Errors
+    /// When the map is for another design, or the instruments are refused.
+    pub(super) fn new(scene: &Scene) -> Result<Self, BoardError> {
+        let instruments = assumed(scene).checked().map_err(RunError::from)?;
+        Ok(Self {
+            scene: scene.clone(),
+            prior: scene.response_map()?,
+            plan: Commissioning::new(&instruments),
+            number: 0,
+            waiting: Waiting::Making,
+            sent_at: None,
+            last_at: Time::ZERO,
+            end: None,
+        })
+    }
+
+    /// How many experiments were ordered.
+    pub(super) fn experiments(&self) -> u16 {
+        self.number
+    }
+
+    /// Takes a report at `at` since arming; whether it is over.
+    pub(super) fn take(&mut self, at: Time, reported: &Reported) -> bool {
+        self.last_at = at;
+        match reported.phase {
+            PhaseRecord::Experiment(ExperimentPhase::Ended(end)) => self.end = Some(end),
+            // An order that is not taken yet is not what this report is of.
+            PhaseRecord::Experiment(ExperimentPhase::Ready) if self.waiting == Waiting::Making => {
+                if self.number == 0 {
+                    self.order_next();
+                } else {
+                    (self.waiting, self.sent_at) = (Waiting::Asking, None);
+                }
+            }
+            _ => {}
+        }
+        self.end.is_some()
+    }
+
+    /// Takes an answer of the board.
+    pub(super) fn take_answer(&mut self, answer: &BoardMessage) {
+        match (answer, self.waiting) {
+            (BoardMessage::Response(ResponseRecord { number, shown }), Waiting::Asking)
+                if *number == self.number =>
+            {
+                self.plan.take(&self.prior, &shown.into());
+                self.order_next();
+            }
+            (BoardMessage::ExperimentTaken { number }, Waiting::Ordering(_)) if *number == self.number => {
+                self.waiting = Waiting::Making;
+            }
+            _ => {}
+        }
+    }
+
+    fn order_next(&mut self) {
+        match self.plan.next(&self.prior) {
+            Some(experiment) => {
+                self.number = self.number.wrapping_add(1);
+                (self.waiting, self.sent_at) = (Waiting::Ordering(experiment), None);
+            }
+            None => self.end = Some(CommissioningEnd::Enough),
+        }
+    }
+
+    /// What the board is to be told at `now` of the host's clock.
+    pub(super) fn due(&mut self, now: i64) -> Option<HostMessage> {
+        let message = match self.waiting {
+            Waiting::Making => return None,
+            Waiting::Asking => HostMessage::Response,
+            Waiting::Ordering(experiment) => {
+                HostMessage::Experiment(ExperimentRecord::new(self.number, &experiment))
+            }
+        };
+        let is_due = self.sent_at.is_none_or(|sent_at| now - sent_at >= nanos(ANSWER_WAIT));
+        is_due.then(|| {
+            self.sent_at = Some(now);
+            message
+        })
+    }
+
+    /// What has come of it. A run that was ended before has measured no more than it has.
+    pub(super) fn figures(&self) -> CommissionFigures {
+        let end = self.end.unwrap_or(CommissioningEnd::TimeOver);
+        let time_s = self.last_at.seconds_since(Time::ZERO);
+        let motor = CommissionedMotor::new(&self.scene, self.prior.clone(), &self.plan, (end, time_s), None);
+        CommissionFigures { experiments: self.number, motor }
+    }
+}
