@@ -5,8 +5,8 @@
 //! - [`HostMessage`], [`BoardMessage`]: all that is sent.
 //! - [`Configuration`]: which filter, which target. [`TickRecord`]: what a tick of the loop did, every bit of it.
 //! - [`RateConfiguration`]: which rate, for how long, within which limits. [`RatePhase`]: what becomes of it.
-//! - [`ExperimentsConfiguration`], [`ExperimentRecord`], [`ResponseRecord`]: how long experiments may take, which one is
-//!   ordered, and what it has shown.
+//! - [`ExperimentsConfiguration`], [`ExperimentRecord`], [`ResponseRecord`]: how long experiments may take, which one
+//!   is ordered, and what it has shown.
 //! - [`MapRows`], [`map_messages`]: a response map, a few rows in each frame; [`MapFault`]: why it is refused.
 //! - [`ForecastAnswer`]: what a move will take, or the tolerance that can be met instead.
 //! - [`description_messages`], [`DescriptionDigest`]: what a board is told of its bench, and a digest of it;

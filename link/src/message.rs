@@ -326,8 +326,8 @@ pub enum BoardFault {
     /// Something was asked that has to wait for the end of a jog. The jog goes on.
     #[error("the drive is on by hand")]
     Jogging,
-    /// An experiment, or what one has shown, was asked for while there are none, or experiments of a board that was built
-    /// without. What is armed goes on.
+    /// An experiment, or what one has shown, was asked for while there are none, or experiments of a board that was
+    /// built without. What is armed goes on.
     #[error("no experiments are armed, or the board was built without them")]
     NoExperiments,
     /// The experiment under way has to be over first, or the order has another number than the next. It goes on.

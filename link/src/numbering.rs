@@ -146,7 +146,8 @@ numbered!(MapField {
     8 = [Self::CoastSd],
 });
 
-/// [`PositioningPhase`] on the wire, or the phase of a rate or of experiments: without what other fields of the report tell already.
+/// [`PositioningPhase`] on the wire, or the phase of a rate or of experiments: without what other fields of the report
+/// tell already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PhaseRecord {
     /// No usable estimate. The health of the report says why.
@@ -319,7 +320,8 @@ mod tests {
     }
 
     /// As many as the enumerations have values: 2 and twice 11 reasons, 1, 2 and 6 rejections, off and 2 modes, 6
-    /// phases and 11 reasons, 3 phases of a rate and 4 reasons, 5 of experiments and 4 ends, 5 families, these and the cruises, 9 numbers.
+    /// phases and 11 reasons, 3 phases of a rate and 4 reasons, 5 of experiments and 4 ends, 5 families, these and the
+    /// cruises, 9 numbers.
     #[test]
     fn exact_every_value_comes_back_and_other_numbers_have_none() {
         check_round_trip::<Health>(28);

@@ -7,8 +7,8 @@ use link::BoardMessage;
 use crate::cabled_board::{CabledBoard, Starved, not_starved};
 use crate::refused;
 
-/// Nothing turns this motor: the strongest drive of either mode tells it, the motor is refused as in the simulation, and
-/// the drive is off. The board was ordered what the plan wants, and has answered with what its rotor did.
+/// Nothing turns this motor: the strongest drive of either mode tells it, the motor is refused as in the simulation,
+/// and the drive is off. The board was ordered what the plan wants, and has answered with what its rotor did.
 #[test]
 fn tool_commission_refuses_a_dead_motor_at_a_board() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -6,8 +6,8 @@
 //!       |    +---------+                              +------------------------------+
 //!       |  at rest and measured                            |  its drive is over, or the estimate is lost
 //!       |    +---------+ <---------------------------------+
-//!       +--- | Resting |                       Ended: the time is over, the estimate is lost for too long or too often,
-//!            +---------+                              or the rotor does not come to rest with the drive off
+//!       +--- | Resting |                   Ended: the time is over, the estimate is lost for too long or too often,
+//!            +---------+                          or the rotor does not come to rest with the drive off
 //! ```
 //!
 //! It begins in `Resting`, and drives nothing that is not ordered. Nothing allocates or panics, and a tick takes little

@@ -1,5 +1,5 @@
-//! The experiments that the host orders one by one. Their loop is [`controller::commissioning`]; orders and responses go
-//! between its ticks.
+//! The experiments that the host orders one by one. Their loop is [`controller::commissioning`]; orders and responses
+//! go between its ticks.
 
 use controller::commissioning::{ExperimentReport, ExperimentTuning, Experimenter, tick_experiment};
 use controller::{Drive, InFlight, Sense};

@@ -4,17 +4,19 @@ use std::boxed::Box;
 use std::vec::Vec;
 
 use controller::ResponseMap;
-use controller::commissioning::experiment::Experiment;
 use estimator::{Health, Source, Verdict};
 use link::{
-    BoardFault, CameraRecord, CommandRecord, EstimateRecord, ExperimentRecord, ExperimentsConfiguration,
-    FRAME_BYTES_MAX, FilterKind, Header, HostMessage, InnovationRecord, Jog, LINE_BAUD, MotorParameterRecord,
-    PhaseRecord, RatePhase, RateRecord, SHORT_FRAME_BYTES, SelfTestReport, decode, encode, map_messages,
+    BoardFault, CameraRecord, CommandRecord, EstimateRecord, FRAME_BYTES_MAX, Header, HostMessage,
+    InnovationRecord, Jog, LINE_BAUD, MotorParameterRecord, PhaseRecord, RatePhase, RateRecord,
+    SHORT_FRAME_BYTES, SelfTestReport, decode, encode, map_messages,
 };
 use motor_model::{DriveMode, Parameter};
 
 use super::*;
 use crate::test_support::{MOVE, Pin, Pins, framed};
+
+#[cfg(feature = "commissioning")]
+mod reports;
 
 /// The vibrometer of a rotor at rest. Neighbouring samples differ: equal ones would mean a vibrometer without signal.
 #[derive(Default)]
@@ -415,41 +417,6 @@ fn law_ticks_before_arming_are_no_silence() {
         bench.run(1);
     }
     assert!((1000..=1002).contains(&ticks), "{ticks}");
-}
-
-/// Bursts that are shorter than the time between two reports are told to the tick.
-#[cfg(feature = "commissioning")]
-#[test]
-fn exact_every_change_of_the_drive_is_reported() {
-    let experiments =
-        ExperimentsConfiguration { filter: FilterKind::ConstantRate, time_max_nanos: 60_000_000_000 };
-    let train = Experiment::Train { mode: DriveMode::C, amplitude: 0.5, ticks: 30, count: 4 };
-    let mut bench = Bench::new();
-    for message in [HostMessage::Hello, HostMessage::ConfigureExperiments(experiments), HostMessage::Arm] {
-        bench.exchange(&message);
-    }
-    let order = HostMessage::Experiment(ExperimentRecord::new(1, &train));
-    let mut tick = 0;
-    while bench.exchange(&order) != [BoardMessage::ExperimentTaken { number: 1 }] {
-        tick += 1;
-        assert!(tick < 100_000, "ready to be ordered");
-        bench.rest(tick);
-    }
-    bench.received.clear();
-    (tick + 1..tick + 60_000).for_each(|tick| bench.rest(tick));
-    let (mut before, mut changes) = (Some(None), Vec::new());
-    for received in &bench.received {
-        let BoardMessage::Report(report) = received else { continue };
-        let mode = report.applied.mode.value().unwrap();
-        if before.replace(mode).is_some_and(|before| before != mode) {
-            changes.push((mode.is_some(), report.estimate.unwrap().at_nanos / PositionLoop::TICK_NANOS));
-        }
-    }
-    assert_eq!(changes.len(), 8, "{changes:?}");
-    for burst in changes.chunks(2) {
-        assert!(burst[0].0 && !burst[1].0 && burst[1].1 - burst[0].1 == 30, "{changes:?}");
-    }
-    assert!((600..=600 + 8 + 1).contains(&bench.received.len()), "{}", bench.received.len());
 }
 
 #[test]

@@ -52,8 +52,8 @@ impl fmt::Display for ComparedCommissioning {
     }
 }
 
-/// What the microcontroller is told before it is armed for experiments on the motor of `scene`: the bench as for a move,
-/// and the experiments.
+/// What the microcontroller is told before it is armed for experiments on the motor of `scene`: the bench as for a
+/// move, and the experiments.
 ///
 /// # Errors
 /// When the scene's map is for another design.

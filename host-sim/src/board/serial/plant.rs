@@ -2,8 +2,8 @@
 //!
 //! The plant has no time of its own: it runs as far as the board has reported, and its frames go to the board at once.
 //! A move and an experiment report every tick in which they change their drive, so that the plant has the very drive of
-//! the board, where no report is lost on the line. A rate reports every millisecond, and changes its drive twice in that
-//! time: of both changes the plant learns the second, and when it was.
+//! the board, where no report is lost on the line. A rate reports every millisecond, and changes its drive twice in
+//! that time: of both changes the plant learns the second, and when it was.
 
 use controller::{Drive as _, PositionLoop, Sense as _};
 use estimator::CameraFrame;
