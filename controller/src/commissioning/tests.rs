@@ -215,7 +215,7 @@ fn law_what_is_not_ordered_is_not_driven() {
     assert_eq!(experimenter.phase(), ExperimentPhase::Ready);
 }
 
-/// Each burst of a train is as long as was ordered, to the tick, and there are as many; then the response is there, and
+/// Each burst of a train is as long as was ordered, to the tick, and there are as many, whatever is ordered meanwhile; then the response is there, and
 /// stays through a moment without an estimate.
 #[test]
 fn exact_a_train_is_driven_as_ordered() {
@@ -231,6 +231,7 @@ fn exact_a_train_is_driven_as_ordered() {
         } else {
             assert_eq!((command.mode(), command.amplitude()), (Some(DriveMode::C), 0.5));
             driven += 1;
+            assert!(!experimenter.order(Experiment::Cruise { mode: DriveMode::B, amplitude: 1.0 }));
         }
         now = now.plus_nanos(crate::TICK_NANOS);
     }

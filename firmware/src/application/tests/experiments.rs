@@ -168,6 +168,8 @@ fn law_a_silent_host_and_the_end_of_the_time_switch_off() {
     assert_eq!(bench.board.tick(), None);
     assert!(bench.off());
     bench.exchange(&HostMessage::Stop);
+    // The time counts from arming, which is later than it is long.
+    (0..60_000).for_each(|_| assert!(bench.board.tick().is_none()));
     let short = ExperimentsConfiguration { time_max_nanos: 500_000_000, ..ASKED };
     assert_eq!(bench.exchange(&HostMessage::ConfigureExperiments(short)), [BoardMessage::Configured]);
     bench.exchange(&HostMessage::Arm);

@@ -1,7 +1,7 @@
 //! The reports between those that come every millisecond.
 
 use controller::commissioning::experiment::Experiment;
-use link::{ExperimentRecord, ExperimentsConfiguration, FilterKind};
+use link::{ExperimentRecord, ExperimentsConfiguration, FilterKind, RateConfiguration, RateLimitsRecord};
 
 use super::*;
 
@@ -37,4 +37,27 @@ fn exact_every_change_of_the_drive_is_reported() {
         assert!(burst[0].0 && !burst[1].0 && burst[1].1 - burst[0].1 == 30, "{changes:?}");
     }
     assert!((600..=600 + 8 + 1).contains(&bench.received.len()), "{}", bench.received.len());
+}
+
+/// A rate changes its drive some thousand times a second: it is reported every millisecond and no more often.
+#[test]
+fn exact_a_rate_is_reported_every_millisecond() {
+    let rate = RateConfiguration {
+        filter: FilterKind::ConstantRate,
+        rate_deg_s: 100.0,
+        duration_nanos: 20_000_000_000,
+        limits: RateLimitsRecord::default(),
+    };
+    let mut bench = Bench::new();
+    for message in [HostMessage::Hello, HostMessage::ConfigureRate(rate), HostMessage::Arm] {
+        bench.exchange(&message);
+    }
+    let (mut was_on, mut changes) = (false, 0);
+    for tick in 1..=20_000 {
+        bench.rest(tick);
+        changes += u32::from(std::mem::replace(&mut was_on, bench.is_on()) != bench.is_on());
+    }
+    assert!(changes > 0, "it drives");
+    let reports = bench.received.iter().filter(|received| matches!(received, BoardMessage::Report(_)));
+    assert_eq!(reports.count(), 200);
 }
