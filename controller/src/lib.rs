@@ -78,6 +78,8 @@
 //! | step, walk, stride | families of mode C: shortest, fine and coarse |
 //! | nudge, throw | families of mode B: shortest and coarse |
 //! | commissioning | measuring the response map of one motor, with that of its design as the prior |
+//! | experiment | a drive from rest to rest that is ordered for its response: a sweep, a cruise or a train of bursts |
+//! | response | what an experiment has shown: powers, turns, coast and time to rest |
 //! | response map | mean turn or rate of each drive over drawn motors, with its spreads |
 //! | factor | turn or rate of this motor per turn or rate of the map |
 //! | forecast | turn of a burst in this motor, with its variance |

@@ -215,8 +215,8 @@ fn law_what_is_not_ordered_is_not_driven() {
     assert_eq!(experimenter.phase(), ExperimentPhase::Ready);
 }
 
-/// Each burst of a train is as long as was ordered, to the tick, and there are as many, whatever is ordered meanwhile; then the response is there, and
-/// stays through a moment without an estimate.
+/// Each burst of a train is as long as was ordered, to the tick, and there are as many, whatever is ordered meanwhile.
+/// Then the response is there, and stays through a moment without an estimate.
 #[test]
 fn exact_a_train_is_driven_as_ordered() {
     let (mut experimenter, mut now, estimate) = ready();

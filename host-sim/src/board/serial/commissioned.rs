@@ -148,3 +148,77 @@ impl WatchedCommissioning {
         CommissionFigures { experiments: self.number, motor }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use controller::commissioning::ExperimentReport;
+    use estimator::Health;
+    use link::{ShownRecord, TickRecord};
+    use motor_model::DriveCommand;
+
+    use super::*;
+
+    fn reported(phase: ExperimentPhase) -> Reported {
+        let report = ExperimentReport {
+            estimate: None,
+            health: Health::Waiting,
+            camera: None,
+            command: DriveCommand::OFF,
+            applied: DriveCommand::OFF,
+            phase,
+        };
+        Reported::of(&TickRecord::from(&report)).unwrap()
+    }
+
+    fn watched() -> WatchedCommissioning {
+        WatchedCommissioning::new(&Scene::of_sets(&["ldv.installed=no".to_owned()]).unwrap()).unwrap()
+    }
+
+    fn number(message: Option<HostMessage>) -> u16 {
+        match message {
+            Some(HostMessage::Experiment(order)) => order.number,
+            other => panic!("no order: {other:?}"),
+        }
+    }
+
+    const WAIT: i64 = 300_000_000;
+
+    /// An order, its experiment, its response and the next order; whatever is lost is sent again, and what belongs to
+    /// another experiment is passed over.
+    #[test]
+    fn exact_what_is_lost_is_sent_again() {
+        let mut watched = watched();
+        let ready = reported(ExperimentPhase::Ready);
+        assert!(!watched.take(Time::ZERO, &reported(ExperimentPhase::Resting)) && watched.due(0).is_none());
+        watched.take(Time::ZERO, &ready);
+        assert_eq!(number(watched.due(1)), 1);
+        assert!(watched.due(WAIT).is_none(), "the answer is on its way");
+        // It says what was before the order.
+        watched.take(Time::ZERO, &ready);
+        watched.take_answer(&BoardMessage::ExperimentTaken { number: 7 });
+        assert_eq!(number(watched.due(WAIT + 1)), 1, "it is ordered again");
+        watched.take_answer(&BoardMessage::ExperimentTaken { number: 1 });
+        assert!(watched.due(10 * WAIT).is_none());
+        watched.take(Time::ZERO, &reported(ExperimentPhase::Cruising));
+        assert!(watched.due(10 * WAIT).is_none());
+        watched.take(Time::ZERO, &ready);
+        for at in [10, 11] {
+            assert_eq!(watched.due(at * WAIT), Some(HostMessage::Response));
+            watched
+                .take_answer(&BoardMessage::Response(ResponseRecord { number: 2, shown: ShownRecord::Lost }));
+        }
+        watched.take_answer(&BoardMessage::Response(ResponseRecord { number: 1, shown: ShownRecord::Lost }));
+        assert_eq!((number(watched.due(11 * WAIT)), watched.experiments()), (2, 2));
+    }
+
+    /// What ends the experiments at the board ends the run, with what was measured by then: nothing here.
+    #[test]
+    fn exact_the_board_s_end_is_the_end() {
+        let mut watched = watched();
+        let ended = reported(ExperimentPhase::Ended(CommissioningEnd::NeverRests));
+        assert!(watched.take(Time::from_nanos(2_000_000_000), &ended));
+        let found = watched.figures().motor;
+        assert_eq!(found.commissioned.map.unwrap_err(), controller::commissioning::Unfit::NeverRests);
+        assert!((found.commissioned.time_s - 2.0).abs() < 1e-6 && found.seed.is_none());
+    }
+}
