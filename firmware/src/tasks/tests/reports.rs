@@ -55,7 +55,7 @@ fn exact_a_rate_is_reported_every_millisecond() {
     let (mut was_on, mut changes) = (false, 0);
     for tick in 1..=20_000 {
         bench.rest(tick);
-        changes += u32::from(std::mem::replace(&mut was_on, bench.is_on()) != bench.is_on());
+        changes += u32::from(mem::replace(&mut was_on, bench.is_on()) != bench.is_on());
     }
     assert!(changes > 0, "it drives");
     let reports = bench.received.iter().filter(|received| matches!(received, BoardMessage::Report(_)));
