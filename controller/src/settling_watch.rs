@@ -42,10 +42,10 @@ pub struct CoastBound {
 
 /// The beginning of a window.
 #[derive(Clone, Copy, Debug)]
-struct WindowStart {
-    at: Time,
-    angle: Angle,
-    angle_rad2: f32,
+pub(crate) struct WindowStart {
+    pub(crate) at: Time,
+    pub(crate) angle: Angle,
+    pub(crate) angle_rad2: f32,
 }
 
 /// A rotor with the drive off.

@@ -15,7 +15,7 @@
 
 use estimator::{Estimate, Health, Instruments, LdvSample, Reason};
 use heapless::Vec;
-use motor_model::{Angle, DriveCommand, Time};
+use motor_model::{DriveCommand, Time};
 
 use super::experiment::{Experiment, Response, TurnWindow, WINDOWS};
 use super::result::CommissioningEnd;
@@ -23,6 +23,7 @@ use super::run_out::{Pending, Resting, Train};
 use super::sweep::Sweep;
 use crate::positioning::PositioningTuning;
 use crate::response_map::direction;
+use crate::settling_watch::WindowStart;
 
 /// Time in ns of a cruise before its rate is measured: the rotor spins up within it.
 const SPIN_UP_NANOS: u64 = 150_000_000;
@@ -69,14 +70,6 @@ impl ExperimentTuning {
     pub fn with_time_max(self, time_max_nanos: u64) -> Self {
         Self { time_max_nanos, ..self }
     }
-}
-
-/// The beginning of a window of a cruise.
-#[derive(Clone, Copy, Debug)]
-struct WindowStart {
-    at: Time,
-    angle: Angle,
-    angle_rad2: f32,
 }
 
 /// A cruise under way.
