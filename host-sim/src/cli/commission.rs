@@ -78,17 +78,19 @@ impl CommissionArgs {
         let port = self.port.as_ref().map(|port| PortArgs::new(port, self.baud));
         let motor = port.as_ref().map_or_else(|| simulated(&scene), |port| self.at_board(port, &scene))?;
         let map = motor.commissioned.map.map_err(CommandError::Unfit)?;
-        if let Some(port) = port.filter(|_| self.keep) {
-            let scene = scene.clone().with_response_map(map);
-            serial::keep(&port.port, port.baud(), &scene).map_err(|error| failed(error, None))?;
-            progress::note("note: the board keeps the map over a loss of power");
-        }
         let findings = Findings {
             files: vec![(MAP_FILE.to_owned(), map_text(&map))],
             json: commissioning::json(&motor),
             report: commissioning::report(&motor),
         };
-        Ok(publication.publish(findings, &request)?)
+        publication.publish(findings, &request)?;
+        // The map is written first: a board that does not keep it costs no measurement.
+        if let Some(port) = port.filter(|_| self.keep) {
+            let scene = scene.with_response_map(map);
+            serial::keep(&port.port, port.baud(), &scene).map_err(|error| failed(error, None))?;
+            progress::note("note: the board keeps the map over a loss of power");
+        }
+        Ok(())
     }
 
     /// The motor at the board at `port`, whose design, instruments and prior map are those of `scene`.

@@ -14,7 +14,7 @@ use crate::board::BoardError;
 use simulation::runs::commission::{CommissioningRun, Planned};
 use simulation::scene::Scene;
 
-/// Time in s within which a motor is commissioned.
+/// Time in ns within which a motor is commissioned.
 const TIME_MAX_NANOS: u64 = 60_000_000_000;
 
 /// A motor that host and microcontroller commissioned both. It ends at the first difference.
