@@ -68,12 +68,13 @@ build_all() {
     else
         local features=()
         [[ $filter == constant_rate ]] || features=(--features "$filter")
-        # In a folder of its own, because the program with all filters has the same name. For a small part: libm serves
-        # only the construction of filters here, and the controller only the next command, so both are small, not fast.
+        # In a folder of its own, because the program with all filters has the same name; other people's crates are
+        # shared with it. For a small part: libm serves only the construction of filters here, and the controller only
+        # the next command, so both are small, not fast.
         "${build[@]}" -p "$package" --bin "$program" --no-default-features "${features[@]}" \
             --config "profile.$profile.package.libm.opt-level='s'" \
             --config "profile.$profile.package.micromotor-controller.opt-level='s'" \
-            --target-dir "$target_dir/one-filter" >&2
+            --config "build.build-dir='$target_dir'" --target-dir "$target_dir/one-filter" >&2
         elf=$target_dir/one-filter/$target/$profile/$program-$filter
         cp "$target_dir/one-filter/$target/$profile/$program" "$elf"
     fi

@@ -179,7 +179,9 @@ environment_id=
 # On the host and, through tests/qemu, on the emulated microcontroller.
 heading "tests run"
 timed_tests --lib --tests --
-cargo test --package ud-filter --lib --no-default-features --features defmt,serde
+# Not optimised: this crate takes longer to build than to test.
+cargo test --package ud-filter --lib --no-default-features --features defmt,serde \
+    --config profile.dev.package.ud-filter.opt-level=0
 cargo test "${tested[@]}" --doc
 
 summary
