@@ -179,7 +179,7 @@ pub(super) struct PositioningTrialsArgs {
     #[arg(long, alias = "trials", value_name = "N", default_value = "1000")]
     #[arg(value_parser = MOTORS, allow_negative_numbers = true)]
     motors: u64,
-    /// Distance from the target that counts as reached; 0.0005 if neither flag nor scene says another
+    /// Distance from the target that counts as reached; 0.00035 if neither flag nor scene says another
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     tolerance: Option<String>,
     /// Run the simpler strategies and the other filters as well, each on this many motors

@@ -15,7 +15,7 @@ use crate::studies::shard;
 
 #[derive(Debug, Args)]
 pub(super) struct InstrumentsArgs {
-    /// Motors drawn within the tolerances, each tried on every bench
+    /// Motors drawn within the tolerances for each of the four targets, each tried on every bench
     #[arg(long, value_name = "N", default_value = "20")]
     #[arg(value_parser = Count(1..=10_000), allow_negative_numbers = true)]
     motors: u64,

@@ -1,9 +1,12 @@
 //! Moves under many cameras and vibrometers, each beside what was promised before it began: `host-sim instruments`.
 //!
 //! Every bench of [`benches()`] differs from the scene in one or two keys. On each, motors drawn within their
-//! tolerances make four moves, with every filter and with the one that is chosen when none is named. The tolerance of a
-//! move is the finest of [`TOLERANCES_DEG`] that the bench promises to meet before the deadline
+//! tolerances make four kinds of moves, with every filter and with the one that is chosen when none is named. The
+//! tolerance of a move is the finest of [`TOLERANCES_DEG`] that the bench promises to meet before the deadline
 //! ([`simulation::runs::position::plan`]).
+//!
+//! Each move of a bench and a filter has a motor and a noise of its own: moves with the noise of one seed end with
+//! nearly the same error, because most of their frames are those at rest after the move, and would count once.
 //!
 //! | outcome | meaning |
 //! |---|---|
@@ -107,7 +110,7 @@ pub struct InstrumentGrid {
 }
 
 impl InstrumentGridPlan {
-    /// The moves of `motors` motors on every bench whose name contains `only`.
+    /// The moves of `motors` motors to each target on every bench whose name contains `only`.
     pub fn new(scene: &Scene, motors: u64, only: &str, shard: Shard) -> Self {
         let benches = benches().into_iter().filter(|bench| bench.name.contains(only)).collect();
         Self { scene: scene.clone(), benches, motors, shard }
@@ -133,14 +136,14 @@ impl InstrumentGridPlan {
         Ok(InstrumentGrid { moves: run_each(self.numbers(), |number| self.make(number), progress)? })
     }
 
-    /// Bench, filter, motor and target of a number: the last varies fastest.
+    /// Bench, filter, motor and target of a number: the last two vary fastest.
     fn case(&self, number: u64) -> Option<(&Bench, &'static str, u64, f64)> {
         let targets = TARGETS_DEG.len() as u64;
         let filters = FILTERS.len() as u64 + 1;
         let at = |index: u64| usize::try_from(index).ok();
-        let target_deg = TARGETS_DEG.get(at(number % targets)?)?;
-        let rest = number / targets;
-        let (motor, rest) = (rest % self.motors, rest / self.motors);
+        let moves = self.motors * targets;
+        let (motor, rest) = (number % moves, number / moves);
+        let target_deg = TARGETS_DEG.get(at(motor % targets)?)?;
         let filter =
             at(rest % filters)?.checked_sub(1).map_or(Some(CHOSEN), |index| FILTERS.get(index).copied())?;
         Some((self.benches.get(at(rest / filters)?)?, filter, motor, *target_deg))
@@ -219,6 +222,13 @@ mod tests {
     fn law_shards_share_the_moves_out() {
         let plan = |shard| InstrumentGridPlan::new(&Scene::default(), 3, "", shard);
         let all = plan(Shard::ALL);
+        let mut seeds: Vec<u64> = all.numbers().iter().map(|&number| all.case(number).unwrap().2).collect();
+        seeds[..12].sort_unstable();
+        assert!(
+            seeds[..12].iter().copied().eq(0..12),
+            "a motor of its own for each move of a bench and a filter"
+        );
+        assert_eq!(seeds[12], seeds[0], "and the same motors for the next filter");
         let mut cases: Vec<_> = all
             .numbers()
             .into_iter()

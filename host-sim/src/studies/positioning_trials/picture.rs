@@ -1,7 +1,7 @@
 //! The picture: for each figure, the share of trials at each value or beyond.
 
 use super::trial::FAILED_MDEG;
-use super::{PositioningTrial, PositioningTrials, StrategyTrials, TOLERANCE_DEG};
+use super::{PositioningTrial, PositioningTrials, StrategyTrials};
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use simulation::math::count::real;
 
@@ -30,7 +30,7 @@ impl PositioningTrials {
         let upright = |x: f64| Series::dashes(vec![(x, least), (x, 100.0)]);
         let errors = all().fold(
             panel("True final error", Axis::new("error (mdeg)").logarithmic())
-                .series(upright(1e3 * TOLERANCE_DEG).colour(Colour::Black).label("tolerance"))
+                .series(upright(1e3 * self.tolerance_deg).colour(Colour::Black).label("tolerance"))
                 .series(upright(FAILED_MDEG).colour(Colour::Grey).label("failed beyond")),
             |panel, (trials, colour)| {
                 let points = exceedance(trials, |trial| Some(trial.final_error_mdeg.abs().max(1e-3)));
