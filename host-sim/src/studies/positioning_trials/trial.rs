@@ -161,20 +161,20 @@ pub fn measuring_s(scene: &Scene) -> f64 {
 mod tests {
     use super::*;
 
-    /// 0.255 milli-degrees from frames of two marks of 17 each: (2e-6 / 3.9e-3)^2 (1/4 + 1/12) / 2 rad^2 at 10 kHz.
+    /// 0.179 milli-degrees from frames of two marks of 17 each: (2e-6 / 3.9e-3)^2 (1/4 + 1/12) / 2 rad^2 at 10 kHz.
     #[test]
     fn exact_measuring_time_of_the_default_camera() {
         let frame_mdeg = 1e3 * (2e-6_f64 / 3.9e-3).to_degrees() / motor_model::math::sqrt(6.0);
-        let ratio = frame_mdeg / (0.5 / 1.96);
+        let ratio = frame_mdeg / (0.35 / 1.96);
         let expected = ratio * ratio / 1e4;
         assert!((measuring_s(&Scene::default()) / expected - 1.0).abs() < 1e-9, "{expected}");
     }
 
-    /// A fifth of the tolerance takes twenty-five times as long to measure.
+    /// Two sevenths of the tolerance take 3.5 squared times as long to measure.
     #[test]
     fn exact_a_finer_tolerance_is_measured_longer() {
         let fine = Scene::of_sets(&["position.tolerance_deg=0.0001".to_owned()]).unwrap();
-        assert!((measuring_s(&fine) / measuring_s(&Scene::default()) / 25.0 - 1.0).abs() < 1e-9);
+        assert!((measuring_s(&fine) / measuring_s(&Scene::default()) / 12.25 - 1.0).abs() < 1e-9);
     }
 
     /// Shares, ranges and signs of 4,000 targets, within four standard deviations.
