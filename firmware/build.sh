@@ -69,11 +69,12 @@ build_all() {
         local features=()
         [[ $filter == constant_rate ]] || features=(--features "$filter")
         # In a folder of its own, because the program with all filters has the same name; other people's crates are
-        # shared with it. For a small part: libm serves only the construction of filters here, and the controller only
-        # the next command, so both are small, not fast.
+        # shared with it. For a small part: libm serves only the construction of filters here, the motor model mostly
+        # its parameters, and the controller only the next command, so they are small, not fast.
         "${build[@]}" -p "$package" --bin "$program" --no-default-features "${features[@]}" \
             --config "profile.$profile.package.libm.opt-level='s'" \
             --config "profile.$profile.package.micromotor-controller.opt-level='s'" \
+            --config "profile.$profile.package.micromotor-model.opt-level='s'" \
             --config "build.build-dir='$target_dir'" --target-dir "$target_dir/one-filter" >&2
         elf=$target_dir/one-filter/$target/$profile/$program-$filter
         cp "$target_dir/one-filter/$target/$profile/$program" "$elf"

@@ -35,10 +35,18 @@
 //! Every window of [`crate::progress_window`] measures the rate of a cruise, in the same way. A slow motor coasts less
 //! too, so its cruises are weakened later. One that sticks under a weak drive counts as so slow that it gets a
 //! stronger one.
+//!
+//! # From move to move
+//!
+//! [`LearntFactors`] are the factors as plain data. A map that has them ([`ResponseMap::with_learnt`]) is that of one
+//! motor: a move by it begins with them instead of the priors above.
+
+mod learnt_factors;
 
 use motor_model::{DriveMode, math};
 
 use crate::response_map::{Burst, Cruise, Family, PerFamily, ResponseMap, direction};
+pub use learnt_factors::{LearntFactor, LearntFactors, LearntField};
 
 /// The factors of all families, with their variances.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,8 +83,12 @@ pub struct Forecast {
 }
 
 impl MapCorrection {
-    /// `map` as it stands.
+    /// What `map` has learnt; without that `map` as it stands.
     pub fn of(map: &ResponseMap) -> Self {
+        map.correction().copied().unwrap_or_else(|| Self::prior(map))
+    }
+
+    fn prior(map: &ResponseMap) -> Self {
         let families = PerFamily::of(Family::ALL.map(|family| {
             let relative = map.middle(family).map_or(0.0, |middle| middle.motors_sd_rad / middle.turn_rad);
             Factor { value: 1.0, variance: relative * relative }

@@ -32,6 +32,8 @@ use core::f32::consts::PI;
 
 use motor_model::{DriveMode, MotorParams};
 
+use crate::map_correction::{LearntFactors, MapCorrection};
+
 pub use check::{MapError, MapField, MapPlace};
 pub use drives::{Burst, Cruise, RAD_PER_MDEG, direction};
 use drives::{burst, cruise};
@@ -60,6 +62,8 @@ pub struct ResponseMap {
     cruise_from_rad: [f32; 2],
     /// Distance in rad from which strides are driven.
     stride_from_rad: f32,
+    /// How one motor differs, as its moves have learnt it.
+    correction: Option<MapCorrection>,
 }
 
 /// Distances from which the motors of Table 1 are driven by cruises of modes B and C: the weakest cruise B of use
@@ -96,6 +100,7 @@ static TABLE_1: ResponseMap = ResponseMap {
     step_walk_correlation: table::STEP_WALK_CORRELATION,
     cruise_from_rad: CRUISE_FROM_RAD,
     stride_from_rad: STRIDE_FROM_RAD,
+    correction: None,
 };
 
 impl ResponseMap {
@@ -128,6 +133,34 @@ impl ResponseMap {
     /// Correlation over motors of the turns by a step and by a walk, -1 to 1.
     pub fn step_walk_correlation(&self) -> f32 {
         self.step_walk_correlation
+    }
+
+    /// What moves of one motor have learnt of it; `None` of a map for all motors of its design.
+    pub fn learnt(&self) -> Option<LearntFactors> {
+        self.correction().map(LearntFactors::from)
+    }
+
+    /// The same map for the motor of which moves have learnt `factors`. Positioning begins with them.
+    ///
+    /// # Errors
+    /// When a factor is outside of its bounds, or not finite.
+    pub fn with_learnt(&self, factors: LearntFactors) -> Result<Self, MapError> {
+        let mut map = *self;
+        map.set_learnt(factors)?;
+        Ok(map)
+    }
+
+    /// The same in place: on a microcontroller a copy of the map takes too much of the stack.
+    ///
+    /// # Errors
+    /// As [`Self::with_learnt`]; the map is then as before.
+    pub fn set_learnt(&mut self, factors: LearntFactors) -> Result<(), MapError> {
+        self.correction = Some(factors.try_into()?);
+        Ok(())
+    }
+
+    pub(crate) fn correction(&self) -> Option<&MapCorrection> {
+        self.correction.as_ref()
     }
 
     /// Sets distances that are to its cruises and walks as those of Table 1 are to its own: the room of the weakest

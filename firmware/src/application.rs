@@ -28,7 +28,7 @@
 //! | `configured_experiments`, `experiment` | the experiments, which the host orders one by one |
 //! | `deadlines` | ticks that ended late, and ticks that were lost |
 //! | `forecast` | what a move will take, asked before it is configured |
-//! | `retarget` | another target for the move under way |
+//! | `retarget`, `learnt` | another target for the move under way, and what it has learnt of the motor |
 //! | `by_hand`, `observation` | the jog and the self-test, and what the board sees of its instruments meanwhile |
 //! | `zero` | the angle from which all angles of the link are counted |
 //! | `map_memory` | the response map, as it comes in parts |
@@ -48,6 +48,7 @@ mod description;
 mod experiment;
 mod forecast;
 mod kept;
+mod learnt;
 mod map_memory;
 mod measurements;
 mod observation;
@@ -439,12 +440,14 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             HostMessage::ConfigureExperiments(asked) => self.configure(Asked::Experiments(*asked)),
             HostMessage::Experiment(order) => self.experiment(Some(order)),
             HostMessage::Response => self.experiment(None),
+            HostMessage::Learnt => self.learnt(),
             HostMessage::DescriptionBegin
             | HostMessage::Instruments(_)
             | HostMessage::MotorParameter(_)
             | HostMessage::Latency { .. }
             | HostMessage::MapBegin
             | HostMessage::MapRows(_)
+            | HostMessage::MapLearnt(_)
             | HostMessage::MapEnd(_) => return self.describe_by(message),
             HostMessage::Keep => return self.ask_store(StoreRequest::Keep),
             HostMessage::Forget => return self.ask_store(StoreRequest::Forget),

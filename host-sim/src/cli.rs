@@ -21,6 +21,7 @@ mod instruments;
 mod interruption;
 mod jog;
 mod keys;
+mod learning;
 mod log_args;
 mod microcontroller;
 mod open_loop;

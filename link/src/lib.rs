@@ -8,6 +8,7 @@
 //! - [`ExperimentsConfiguration`], [`ExperimentRecord`], [`ResponseRecord`]: how long experiments may take, which one
 //!   is ordered, and what it has shown.
 //! - [`MapRows`], [`map_messages`]: a response map, a few rows in each frame; [`MapFault`]: why it is refused.
+//! - [`LearntRecord`]: what moves have learnt of the motor, in and out.
 //! - [`ForecastAnswer`]: what a move will take, or the tolerance that can be met instead.
 //! - [`description_messages`], [`DescriptionDigest`]: what a board is told of its bench, and a digest of it;
 //!   [`DescriptionDigests`]: which one is in force, and which one is kept.
@@ -90,7 +91,7 @@ pub use frame::{
 pub use identity::{BoardIdentity, LOOP_DIGEST, ResetCause};
 pub use jog::{Jog, JogReport};
 pub use map_rows::{
-    BurstRecord, CruiseRecord, MAP_ROWS_MAX, MapEnd, MapFault, MapRows, map_messages, rows_of,
+    BurstRecord, CruiseRecord, LearntRecord, MAP_ROWS_MAX, MapEnd, MapFault, MapRows, map_messages, rows_of,
 };
 pub use message::{
     BoardFault, BoardMessage, CameraRecord, Configuration, Counters, FilterKind, HostMessage, LdvRecord,

@@ -1,13 +1,16 @@
 //! The response map on the wire: its rows, a few in each frame, and why a board refuses them.
 //!
 //! ```text
-//! MapBegin, MapRows, MapRows ..., MapEnd        each is answered by Described, or by the fault Map
+//! MapBegin, MapRows, MapRows ..., MapLearnt, MapEnd    each is answered by Described, or by the fault Map
 //! ```
 //!
 //! The rows of a table come in its order, and the tables in any order. The board checks all rows that it has with every
 //! frame ([`ResponseMap::try_new`]), and takes the map at its end, where the number of rows tells whether one was lost.
+//! What moves have learnt of the motor comes with the map of one motor alone; in the other direction it is the answer
+//! to a question.
 
 use controller::ResponseMap;
+use controller::map_correction::{LearntFactor, LearntFactors};
 use controller::response_map::{Burst, Cruise, Family, MapError, MapField, MapPlace};
 use motor_model::DriveMode;
 use serde::{Deserialize, Serialize};
@@ -103,6 +106,31 @@ impl From<&BurstRecord> for Burst {
     }
 }
 
+/// [`LearntFactors`] on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LearntRecord {
+    /// Value and variance of each factor: of the bursts in the order of [`Family::ALL`], of the rates in modes B and C.
+    pub factors: [[f32; 2]; Family::ALL.len() + 2],
+    /// Covariance of the factors of steps and walks.
+    pub step_walk_covariance: f32,
+}
+
+impl From<LearntFactors> for LearntRecord {
+    fn from(LearntFactors { bursts, step_walk_covariance, rates }: LearntFactors) -> Self {
+        let pair = |LearntFactor { value, variance }| [value, variance];
+        let ([step, walk, stride, nudge, throw], [b, c]) = (bursts.map(pair), rates.map(pair));
+        Self { factors: [step, walk, stride, nudge, throw, b, c], step_walk_covariance }
+    }
+}
+
+impl From<LearntRecord> for LearntFactors {
+    fn from(LearntRecord { factors, step_walk_covariance }: LearntRecord) -> Self {
+        let [step, walk, stride, nudge, throw, b, c] =
+            factors.map(|[value, variance]| LearntFactor { value, variance });
+        Self { bursts: [step, walk, stride, nudge, throw], step_walk_covariance, rates: [b, c] }
+    }
+}
+
 /// The messages that bring `map` to a board, in their order. Its design goes by
 /// [`HostMessage::MotorParameter`] before them.
 pub fn map_messages(map: &ResponseMap) -> impl Iterator<Item = HostMessage> + '_ {
@@ -116,7 +144,9 @@ pub fn map_messages(map: &ResponseMap) -> impl Iterator<Item = HostMessage> + '_
     });
     let end = MapEnd { rows: rows_of(map), step_walk_correlation: map.step_walk_correlation() };
     let rows = cruises.chain(bursts).map(HostMessage::MapRows);
-    core::iter::once(HostMessage::MapBegin).chain(rows).chain(core::iter::once(HostMessage::MapEnd(end)))
+    let learnt = map.learnt().map(|learnt| HostMessage::MapLearnt(learnt.into()));
+    let end = core::iter::once(HostMessage::MapEnd(end));
+    core::iter::once(HostMessage::MapBegin).chain(rows).chain(learnt).chain(end)
 }
 
 /// Rows of all tables of `map` together.
@@ -164,6 +194,9 @@ pub enum MapFault {
     /// The correlation of steps and walks is outside of -1 to 1.
     #[error("step_walk_correlation is outside its bounds -1 to 1")]
     Correlation,
+    /// What was learnt of the motor is outside of its bounds, or not finite.
+    #[error("what was learnt of the motor is outside its bounds")]
+    Learnt,
     /// A family, or the mode of a cruise, whose number has no meaning.
     #[error("a row of no family, or of no mode")]
     Unknown,
@@ -193,6 +226,7 @@ impl From<MapError> for MapFault {
             }
             MapError::ModesMixed { row } => Self::ModesMixed { row: place(row) },
             MapError::Correlation { .. } => Self::Correlation,
+            MapError::Learnt { .. } => Self::Learnt,
         }
     }
 }

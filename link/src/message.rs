@@ -10,7 +10,7 @@ use crate::experiment::{ExperimentRecord, ExperimentsConfiguration, ResponseReco
 use crate::forecast::ForecastAnswer;
 use crate::identity::BoardIdentity;
 use crate::jog::{Jog, JogReport};
-use crate::map_rows::{MapEnd, MapFault, MapRows};
+use crate::map_rows::{LearntRecord, MapEnd, MapFault, MapRows};
 use crate::rate::RateConfiguration;
 use crate::self_test::SelfTestReport;
 use crate::tick_record::TickRecord;
@@ -106,6 +106,12 @@ pub enum HostMessage {
     Experiment(ExperimentRecord),
     /// Asks what the last experiment has shown. Refused unless experiments are armed, and until it is over.
     Response,
+    /// What earlier moves have learnt of the motor, as a part of this map, before its end: a move by it begins with
+    /// that. Refused when a factor is out of bounds, and while armed.
+    MapLearnt(LearntRecord),
+    /// Asks what the configured move has learnt of the motor until now; before a move is armed that is what the map
+    /// says. A stop configures the move anew. Refused without a move.
+    Learnt,
 }
 
 /// From the board to the host.
@@ -164,6 +170,8 @@ pub enum BoardMessage {
     },
     /// Answer to [`HostMessage::Response`].
     Response(ResponseRecord),
+    /// Answer to [`HostMessage::Learnt`].
+    Learnt(LearntRecord),
 }
 
 /// The filters that the board has.
@@ -310,8 +318,8 @@ pub enum BoardFault {
     /// A response map is refused, or does not go with the motor. Rows that are refused leave those before them.
     #[error("response map: {0}")]
     Map(MapFault),
-    /// A target was asked for in a task that has none. The task goes on.
-    #[error("no move is under way: nothing else has a target")]
+    /// A target was asked for, or what was learnt, in a task that has none. The task goes on.
+    #[error("no move is under way: nothing else has a target, or learns of the motor")]
     NoMove,
     /// The angle of the rotor is not known well enough to be a target or a zero. The move goes on.
     #[error("there is no usable estimate of the angle")]

@@ -14,10 +14,13 @@ use std::process::{Child, Command, Output, Stdio};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use link::{BoardFault, BoardMessage, SHORT_FRAME_BYTES, VERSION};
+use controller::ResponseMap;
+use controller::map_correction::{LearntFactors, MapCorrection};
+use link::{BoardFault, BoardMessage, LearntRecord, SHORT_FRAME_BYTES, VERSION};
 use rustix::fs::{OFlags, fcntl_setfl};
 use serde_json::Value;
 use simulation::math::count::real;
+use simulation::scene::{parse_response_map, response_map_text};
 
 use cabled_board::{BAUD, CabledBoard, INSTRUMENTS, PseudoTerminal, Starved, WAIT_MAX, not_starved};
 use programs::host_sim;
@@ -62,10 +65,14 @@ fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let log = folder.path().join("run.mcap");
     let log = log.to_str().expect("a name in UTF-8");
+    let map = folder.path().join("map.toml");
+    let of_design = response_map_text(ResponseMap::table_1(), &map);
     let (board, Output { status, stdout, stderr }) = not_starved(|| {
+        std::fs::write(&map, &of_design).expect("a map");
         let board = CabledBoard::start();
         let camera = ["--set", "camera.frame_rate_hz=2500"];
-        let run = board.run(&[&SHORT[..], &camera, &["--format", "json", "--log", log]].concat());
+        let learning = ["--map", map.to_str().expect("a name in UTF-8"), "--learn"];
+        let run = board.run(&[&SHORT[..], &camera, &learning, &["--format", "json", "--log", log]].concat());
         let output = run.wait_with_output().expect("it ends");
         Starved::check(&String::from_utf8_lossy(&output.stderr))?;
         Ok((board, output))
@@ -101,6 +108,16 @@ fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
     let text = explained(log);
     assert!(text.contains("at the target") && text.contains("the run ends as it should"), "{text}");
     board.hears(|message| (*message == BoardMessage::Stopped).then_some(()));
+    // The map is that of the motor now: the same rows, and the factors that the board has told.
+    let of_motor = std::fs::read_to_string(&map).expect("the map");
+    let of_motor = parse_response_map(&of_motor, &map).expect("a map");
+    let told = board.hears(|message| match message {
+        BoardMessage::Learnt(learnt) => Some(*learnt),
+        _ => None,
+    });
+    assert_eq!(Ok(of_motor), ResponseMap::table_1().with_learnt(told.into()));
+    let prior = LearntFactors::from(&MapCorrection::of(ResponseMap::table_1()));
+    assert_ne!(told, LearntRecord::from(prior));
 }
 
 /// Hardware in the loop: the board holds a rate of the simulated motor to its end, and says what it was by its

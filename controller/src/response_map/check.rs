@@ -4,6 +4,8 @@ use core::fmt;
 
 use motor_model::{DriveMode, MotorParams};
 
+use crate::map_correction::LearntField;
+
 use super::{
     BURSTS_MAX, Burst, CRUISES_MAX, Cruise, Family, PerFamily, ResponseMap, burst_rows, cruise_rows,
     direction,
@@ -117,6 +119,17 @@ pub enum MapError {
         /// The value.
         value: f32,
     },
+    /// What was learnt of the motor is outside of its bounds, or not finite.
+    Learnt {
+        /// The factor, or the covariance.
+        field: LearntField,
+        /// Its value, or its variance.
+        value: f32,
+        /// Smallest value allowed.
+        min: f32,
+        /// Largest value allowed.
+        max: f32,
+    },
 }
 
 impl fmt::Display for MapPlace {
@@ -155,6 +168,10 @@ impl fmt::Display for MapError {
             }
             Self::Correlation { value } => {
                 write!(f, "step_walk_correlation = {value} is outside its bounds -1 to 1")
+            }
+            Self::Learnt { field, value, min, max } => {
+                let field = field.name();
+                write!(f, "learnt {field} = {value} is outside its bounds {min} to {max}")
             }
         }
     }
@@ -196,6 +213,7 @@ impl ResponseMap {
             step_walk_correlation: 0.0,
             cruise_from_rad: [f32::INFINITY; 2],
             stride_from_rad: f32::INFINITY,
+            correction: None,
         }
     }
 

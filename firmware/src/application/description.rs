@@ -48,9 +48,10 @@ impl<D: DesignedDrive> Application<'_, D> {
             }
             HostMessage::MotorParameter(parameter) => self.describe(|bench| bench.set(*parameter)),
             HostMessage::Latency { ticks } => self.describe(|bench| bench.set_latency(*ticks)),
-            HostMessage::MapBegin | HostMessage::MapRows(_) | HostMessage::MapEnd(_) => {
-                self.describe_map(message)
-            }
+            HostMessage::MapBegin
+            | HostMessage::MapRows(_)
+            | HostMessage::MapLearnt(_)
+            | HostMessage::MapEnd(_) => self.describe_map(message),
             _ => return None,
         })
     }
@@ -76,6 +77,7 @@ impl<D: DesignedDrive> Application<'_, D> {
         let MoveMemory { configured, map, .. } = &mut *self.memory;
         let taken = match part {
             HostMessage::MapRows(rows) => map.append(rows),
+            HostMessage::MapLearnt(learnt) => map.learn(*learnt),
             HostMessage::MapEnd(end) => map.end(*end),
             _ => {
                 *configured = None;

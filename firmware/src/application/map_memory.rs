@@ -2,7 +2,7 @@
 
 use controller::ResponseMap;
 use controller::response_map::{Burst, Cruise};
-use link::{MAP_ROWS_MAX, MapEnd, MapFault, MapRows, rows_of};
+use link::{LearntRecord, MAP_ROWS_MAX, MapEnd, MapFault, MapRows, rows_of};
 use motor_model::MotorParams;
 
 /// The map from the host, if one has begun.
@@ -72,6 +72,14 @@ impl MapMemory {
             }
         }
         Ok(())
+    }
+
+    /// Takes what moves have learnt of the motor.
+    ///
+    /// # Errors
+    /// When no map has begun, or a factor is out of bounds; it is then as before.
+    pub(super) fn learn(&mut self, learnt: LearntRecord) -> Result<(), MapFault> {
+        Ok(self.incomplete()?.set_learnt(learnt.into())?)
     }
 
     /// Ends the map.

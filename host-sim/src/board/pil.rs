@@ -32,6 +32,7 @@ mod tests;
 use std::fmt;
 use std::ops::ControlFlow;
 
+use controller::map_correction::LearntFactors;
 use link::{BoardMessage, Configuration, FilterKind, HostMessage, TickRecord, description_messages};
 use serde::Serialize;
 
@@ -90,7 +91,7 @@ pub struct Difference {
 /// A move that host and microcontroller computed both. It ends at the first difference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ComparedMove {
-    /// Whether both computed the same bits in every tick.
+    /// Whether both computed the same bits in every tick, and have learnt the same of the motor.
     pub identical: bool,
     /// Ticks compared.
     pub steps: u64,
@@ -190,9 +191,10 @@ pub fn run_with(
     mut observe: impl FnMut(&PositioningMoment) -> Result<(), BoardError>,
 ) -> Result<ComparedMove, BoardError> {
     processor.arm(&preparation(scene)?)?;
-    let mut steps = 0;
+    let (mut steps, mut learnt) = (0, None);
     let outcome = position::run_with(scene, |closed_loop, moment| {
         steps += 1;
+        learnt = Some(LearntFactors::from(closed_loop.program().positioning().correction()));
         let compared = compared(processor, closed_loop, moment, steps, scene.seed()).and_then(|found| {
             observe(moment)?;
             found.map_or(Ok(()), |difference| Err(difference.into()))
@@ -202,6 +204,16 @@ pub fn run_with(
             Err(error) => ControlFlow::Break(error),
         }
     })?;
+    let outcome = match (outcome, learnt) {
+        (ControlFlow::Continue(outcome), Some(learnt)) => match learnt_otherwise(processor, learnt)? {
+            None => ControlFlow::Continue(outcome),
+            Some((host, board)) => {
+                let seed = scene.seed();
+                ControlFlow::Break(Difference { step: steps, field: "learnt", host, board, seed }.into())
+            }
+        },
+        (outcome, _) => outcome,
+    };
     match outcome {
         ControlFlow::Continue(outcome) => Ok(ComparedMove {
             identical: true,
@@ -219,6 +231,16 @@ pub fn run_with(
         }),
         ControlFlow::Break(error) => Err(error),
     }
+}
+
+/// What the host and the processor have learnt of the motor, if that is not the same to the last bit.
+fn learnt_otherwise(
+    processor: &mut impl Processor,
+    learnt: LearntFactors,
+) -> Result<Option<(String, String)>, BoardError> {
+    let ours = BoardMessage::Learnt(learnt.into());
+    let theirs = processor.tell(&HostMessage::Learnt)?;
+    Ok((theirs != ours).then(|| (format!("{ours:?}"), format!("{theirs:?}"))))
 }
 
 /// Compares one tick of processor and host, and applies the command of the processor where there is no difference.

@@ -9,6 +9,7 @@ use clap::Args;
 
 use super::beside::BesideArgs;
 use super::count::Count;
+use super::learning::LearnArgs;
 use super::log_args::LogArgs;
 use super::publication::{DrawingArgs, Findings, PublicationArgs};
 use super::report::{ReportArgs, Request};
@@ -49,7 +50,7 @@ pub(super) struct PositionArgs {
     #[command(flatten)]
     report: ReportArgs,
     #[command(flatten)]
-    map: MapArgs,
+    learning: LearnArgs,
     #[command(flatten)]
     scene: SceneArgs,
 }
@@ -62,13 +63,16 @@ impl PositionArgs {
             "a motor that tilts and rubs on its pin, by the map that it was commissioned to: \
              `host-sim position --scene {motor} --map {motor}`"
         ));
-        let args =
-            Self { map: MapArgs::commissioned(motor), scene: SceneArgs::named(motor), ..Self::default() };
+        let args = Self {
+            learning: LearnArgs::by(MapArgs::commissioned(motor)),
+            scene: SceneArgs::named(motor),
+            ..Self::default()
+        };
         args.execute()
     }
 
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let scene = self.map.provide(self.scene.load(
+        let scene = self.learning.map.provide(self.scene.load(
             "position",
             &[("position.to_deg", &self.to), ("position.tolerance_deg", &self.tolerance)],
         )?)?;
@@ -86,11 +90,16 @@ impl PositionArgs {
         let drawing = self.drawing.open("position.svg")?;
         let report = self.report.open()?;
         let mut log = self.log.open("position", &scene)?;
+        let learning = self.learning.open()?;
+        let mut learnt = None;
         let mut trace = PictureTrace::default();
         let mut beside = report.as_ref().map(|_| ReportTrace::default());
         let begun = Instant::now();
         let run = position::run_with(&scene, |closed_loop, moment| {
             trace.take(moment);
+            if learning.is_some() {
+                learnt = Some(closed_loop.program().positioning().correction().into());
+            }
             if let Some(beside) = &mut beside {
                 beside.observe(&closed_loop.record(moment))?;
             }
@@ -101,6 +110,9 @@ impl PositionArgs {
         let cost = MoveCost { wall_s: begun.elapsed().as_secs_f64() };
         let json = result_json::of(&request, &[], &files::json_line(&outcome));
         let logged = log.finish(&json)?;
+        if let Some(learning) = learning {
+            learning.publish(&scene, learnt.filter(|_| outcome.stopped.is_none()))?;
+        }
         let svg = position_report::svg(&outcome, &trace)?;
         if let (Some(report), Some(beside)) = (report, &beside) {
             let content = position_report::report(&scene, &plan, &outcome, (&trace, beside), cost);

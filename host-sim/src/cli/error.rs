@@ -1,6 +1,9 @@
 //! Every error of the command, as one line that names what is wrong and what to do.
 
+use std::path::PathBuf;
+
 use controller::commissioning::Unfit;
+use controller::response_map::MapError;
 
 use crate::board::BoardError;
 use crate::board::serial::SerialError;
@@ -56,6 +59,15 @@ pub enum CommandError {
     /// A motor that was commissioned is not fit for use.
     #[error("the motor is not fit for use: {0}")]
     Unfit(Unfit),
+    /// What was to be learnt has no file to be kept in.
+    #[error("--learn: {} is no file", path.display())]
+    NoMapFile {
+        /// The value of `--map`.
+        path: PathBuf,
+    },
+    /// What a board has learnt is that of no motor.
+    #[error("the board has learnt what no motor has: {0}")]
+    NotLearnt(MapError),
     /// A check of a board does not hold.
     #[error("the board's self-test fails: {}", failed.join(", "))]
     SelfTestFailed {
@@ -99,6 +111,13 @@ impl CommandError {
             Self::Identification(error) => error.hint(),
             Self::Unfit(_) => {
                 Some("`host-sim record` shows what the instruments deliver under each drive".to_owned())
+            }
+            Self::NoMapFile { .. } => Some(
+                "`host-sim commission --out mine` writes mine/map.toml, a map that moves can add to"
+                    .to_owned(),
+            ),
+            Self::NotLearnt(_) => {
+                Some("the map is as it was; `host-sim self-test` looks at the board".to_owned())
             }
             Self::SelfTestFailed { .. } => Some("each line of the result that fails has its own".to_owned()),
             Self::Stator(error) => error.hint(),

@@ -11,12 +11,13 @@ use clap::{Args, ValueHint};
 use indicatif::ProgressBar;
 use link::{KeptDescription, VERSION};
 
+use super::learning::LearnArgs;
 use super::port_args::{PortArgs, identified};
 use super::readers::{RUN_MOVE, RUN_RATE};
 use super::report::Request;
-use super::{Format, MapArgs, SceneArgs, progress, result_json};
+use super::{Format, SceneArgs, progress, result_json};
 use crate::board::serial::{
-    BoardTask, FrameSource, IdentityFigures, Keeping, Progress, SerialError, SerialRun, Watcher,
+    BoardTask, FrameSource, IdentityFigures, Keeping, Progress, SerialError, SerialRun, TaskFigures, Watcher,
 };
 use crate::cli::CommandError;
 use crate::log::{Ending, LogError, LogOptions, LogRecorder};
@@ -40,7 +41,7 @@ pub(super) struct RunArgs {
     to: Option<String>,
     /// Hold a rate in deg/s instead of a move, clockwise positive
     #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
-    #[arg(conflicts_with_all = ["to", "tolerance"])]
+    #[arg(conflicts_with_all = ["to", "tolerance", "learn"])]
     deg_s: Option<String>,
     /// Time in s for which the rate is held
     #[arg(long, value_name = "S", allow_negative_numbers = true, requires = "deg_s")]
@@ -66,7 +67,7 @@ pub(super) struct RunArgs {
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
     #[command(flatten)]
-    map: MapArgs,
+    learning: LearnArgs,
     #[command(flatten)]
     scene: SceneArgs,
 }
@@ -84,7 +85,8 @@ impl RunArgs {
             ("rate.duration_s", &self.duration),
             ("estimator.filter", &self.filter),
         ];
-        let scene = self.map.provide(self.scene.load_for(reader, &flags)?)?;
+        let scene = self.learning.map.provide(self.scene.load_for(reader, &flags)?)?;
+        let learning = self.learning.open()?;
         let interrupted = self.port.watch()?;
         let mut view = LiveView::new(self.log(&scene)?);
         let source = FrameSource::named(&self.camera);
@@ -103,6 +105,10 @@ impl RunArgs {
             Ok(outcome) => outcome,
             Err(error) => return Err(failed(error, log)),
         };
+        if let Some(learning) = learning {
+            let reached = matches!(&outcome.task, TaskFigures::Move(made) if made.stopped.is_none());
+            learning.publish(&scene, outcome.learnt.filter(|_| reached))?;
+        }
         let request = Request::of_scene("run", &scene).with_key_flags(&KEY_FLAGS);
         let json = result_json::of(&request, &[], &files::json_line(&outcome));
         let logged = match log {

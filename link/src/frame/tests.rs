@@ -16,9 +16,9 @@ use crate::{
     BoardFault, BoardIdentity, BoardMessage, CameraAges, CameraRecord, Coded, CommandRecord, Configuration,
     Counters, Deframer, DescriptionDigests, EstimateRecord, ExperimentDrive, ExperimentRecord,
     ExperimentsConfiguration, FilterKind, ForecastRecord, HostMessage, InnovationRecord, Jog, JogReport,
-    KeptDescription, LdvRecord, LdvRecords, MotorParameterRecord, PhaseRecord, RateConfiguration,
-    RateLimitsRecord, RatePhase, RateRecord, ResetCause, ResponseRecord, SelfTestReport, ShownRecord,
-    TargetRecord, TickRecord, UnreachableRecord, VelocitySums, encode_camera, map_messages,
+    KeptDescription, LdvRecord, LdvRecords, LearntRecord, MotorParameterRecord, PhaseRecord,
+    RateConfiguration, RateLimitsRecord, RatePhase, RateRecord, ResetCause, ResponseRecord, SelfTestReport,
+    ShownRecord, TargetRecord, TickRecord, UnreachableRecord, VelocitySums, encode_camera, map_messages,
 };
 
 const HEADER: Header = Header { session: 0x0102_0304, sequence: 7, ticks: 1 << 40 };
@@ -51,6 +51,8 @@ const RATE: RateConfiguration = RateConfiguration {
 /// Mode B at half level.
 const COMMAND: CommandRecord =
     CommandRecord { mode: Coded::from_number(1), amplitude: 0.5, frequency_offset_hz: 12.5 };
+
+const LEARNT: LearntRecord = LearntRecord { factors: [[1.25, 1e-3]; 7], step_walk_covariance: -5e-4 };
 
 const VELOCITY: VelocitySums = VelocitySums {
     samples: 20_000,
@@ -112,6 +114,8 @@ fn host_messages() -> Vec<HostMessage> {
         experiment(ExperimentDrive::Cruise),
         experiment(ExperimentDrive::Train { ticks: 300, count: 8 }),
         HostMessage::Response,
+        HostMessage::MapLearnt(LEARNT),
+        HostMessage::Learnt,
         arm,
         HostMessage::Step,
         camera,
@@ -216,6 +220,7 @@ fn board_messages() -> Vec<BoardMessage> {
             loop_digest: 0x0123_4567_89ab_cdef,
             reset_cause: ResetCause::Watchdog.into(),
         }),
+        BoardMessage::Learnt(LEARNT),
         BoardMessage::Kept,
         BoardMessage::Forgotten,
         digests(KeptDescription::Nothing),
@@ -351,7 +356,7 @@ fn exact_another_version_is_told_from_damage() {
     let length = cobs::encode(&content, &mut frame);
     let decoded = decode::<HostMessage>(&mut frame[..length]);
     assert_eq!(decoded, Err(FrameError::Version { theirs: VERSION + 1 }));
-    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 10, expected 9");
+    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 11, expected 10");
 }
 
 /// A million frames, each damaged in one of five ways, on one line: none but whole ones are accepted.

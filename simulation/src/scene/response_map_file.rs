@@ -12,6 +12,10 @@
 //!
 //! [bursts]            # of each family, shortest first; the turn without its sign
 //! step = [{ amplitude = 0.05, ticks = 27, turn_rad = 2.5e-6, motors_sd_rad = 6.8e-7, repeat_sd_rad = 3.5e-9 }]
+//!
+//! [learnt]            # of the map of one motor: what its moves have learnt (controller::map_correction), all or none
+//! step = { value = 1.12, variance = 4.1e-4 }
+//! step_walk_covariance = 3.2e-4
 //! ```
 //!
 //! JSON has the same names in the same tables. Either is checked by the same rules, and a refusal names the line.
@@ -22,6 +26,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use controller::ResponseMap;
+use controller::map_correction::{LearntFactor, LearntFactors};
 use controller::response_map::{Burst, Cruise, Family, MapError, MapPlace};
 use motor_model::{DriveMode, MotorParams, Parameter};
 use serde::{Deserialize, Serialize};
@@ -37,6 +42,28 @@ struct MapFile {
     design: BTreeMap<String, f64>,
     cruises: CruiseTables,
     bursts: BurstTables,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    learnt: Option<LearntTable>,
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LearntTable {
+    step: FactorLine,
+    walk: FactorLine,
+    stride: FactorLine,
+    nudge: FactorLine,
+    throw: FactorLine,
+    rate_b: FactorLine,
+    rate_c: FactorLine,
+    step_walk_covariance: f32,
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FactorLine {
+    value: f32,
+    variance: f32,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -74,6 +101,38 @@ struct BurstLine {
     turn_rad: f32,
     motors_sd_rad: f32,
     repeat_sd_rad: f32,
+}
+
+impl From<FactorLine> for LearntFactor {
+    fn from(FactorLine { value, variance }: FactorLine) -> Self {
+        Self { value, variance }
+    }
+}
+
+impl From<LearntFactor> for FactorLine {
+    fn from(LearntFactor { value, variance }: LearntFactor) -> Self {
+        Self { value, variance }
+    }
+}
+
+impl From<LearntTable> for LearntFactors {
+    fn from(table: LearntTable) -> Self {
+        let LearntTable { step, walk, stride, nudge, throw, rate_b, rate_c, step_walk_covariance } = table;
+        Self {
+            bursts: [step, walk, stride, nudge, throw].map(Into::into),
+            step_walk_covariance,
+            rates: [rate_b, rate_c].map(Into::into),
+        }
+    }
+}
+
+impl From<LearntFactors> for LearntTable {
+    fn from(factors: LearntFactors) -> Self {
+        let LearntFactors { bursts, step_walk_covariance, rates } = factors;
+        let ([step, walk, stride, nudge, throw], [rate_b, rate_c]) =
+            (bursts.map(Into::into), rates.map(Into::into));
+        Self { step, walk, stride, nudge, throw, rate_b, rate_c, step_walk_covariance }
+    }
 }
 
 impl CruiseLine {
@@ -127,7 +186,9 @@ pub fn parse_response_map(text: &str, path: &Path) -> Result<ResponseMap, SceneE
     let bursts = [step, walk, stride, nudge, throw]
         .map(|lines| lines.into_iter().map(Burst::from).collect::<Vec<_>>());
     let slices = bursts.each_ref().map(Vec::as_slice);
-    ResponseMap::try_new(design, &cruises, slices, file.step_walk_correlation).map_err(|source| {
+    let map = ResponseMap::try_new(design, &cruises, slices, file.step_walk_correlation);
+    let learnt = file.learnt.map(LearntFactors::from);
+    map.and_then(|map| learnt.map_or(Ok(map), |learnt| map.with_learnt(learnt))).map_err(|source| {
         let row_of = |place, row: usize| match place {
             MapPlace::Cruises if row < b.len() => vec![Step::Key("cruises"), Step::Key("b"), Step::Row(row)],
             MapPlace::Cruises => vec![Step::Key("cruises"), Step::Key("c"), Step::Row(row - b.len())],
@@ -142,6 +203,7 @@ pub fn parse_response_map(text: &str, path: &Path) -> Result<ResponseMap, SceneE
             }
             MapError::ModesMixed { row } => row_of(MapPlace::Cruises, row - 1),
             MapError::Correlation { .. } => vec![Step::Key("step_walk_correlation")],
+            MapError::Learnt { field, .. } => vec![Step::Key("learnt"), Step::Key(field.name())],
         };
         SceneError::ResponseMap { path: path.to_owned(), line: at(&place).0, source }
     })
@@ -178,6 +240,7 @@ pub fn response_map_text(map: &ResponseMap, path: &Path) -> String {
             .into(),
         cruises: CruiseTables { b: of(DriveMode::B), c: of(DriveMode::C) },
         bursts: BurstTables { step, walk, stride, nudge, throw },
+        learnt: map.learnt().map(LearntTable::from),
     };
     MapFormat::of(path).text(&file)
 }

@@ -1,6 +1,8 @@
 //! `host-sim commission`: the map of a motor, what it is refused for, and many motors.
 
 use controller::ResponseMap;
+use controller::map_correction::{LearntFactors, MapCorrection};
+use controller::response_map::Family;
 use std::path::Path;
 
 use simulation::scene::parse_response_map;
@@ -28,6 +30,40 @@ fn tool_commission_writes_a_map_that_position_takes() {
     assert!(picture.starts_with("<svg") && picture.contains("Cruises of mode B"), "{picture:.200}");
     let moved = ["position", "--to", "5", "--seed", "3", "--map", "mine/map.toml", "--format", "json"];
     assert_eq!(json(folder.path(), &moved)["ok"], true);
+    assert_eq!(written(folder.path(), "mine/map.toml"), text, "without --learn the map stays");
+    check_learning(folder.path(), &map);
+}
+
+/// A move by `map` in mine/map.toml adds what it has learnt: the rows stay, a repeated burst is known better, and the
+/// next move begins with it. A move that is given up leaves the file as it is.
+fn check_learning(folder: &Path, map: &ResponseMap) {
+    let moved = |to: &str, more: &[&str]| {
+        let by = ["position", "--to", to, "--seed", "3", "--map", "mine/map.toml", "--learn"];
+        json(folder, &[&by[..], &["--format", "json"], more].concat())
+    };
+    let kept = || {
+        let text = written(folder, "mine/map.toml");
+        parse_response_map(&text, Path::new("map.toml")).expect("a map").learnt().expect("factors")
+    };
+    let prior = LearntFactors::from(&MapCorrection::of(map));
+    assert_eq!(moved("-0.05", &[])["ok"], true);
+    let first = kept();
+    let text = written(folder, "mine/map.toml");
+    let of_motor = parse_response_map(&text, Path::new("map.toml")).expect("a map");
+    assert_eq!(Ok(of_motor), map.with_learnt(first), "the rows are the same");
+    let step = |factors: &LearntFactors| factors.bursts[Family::Step as usize];
+    assert!(step(&first).variance < step(&prior).variance, "{first:?} {prior:?}");
+    assert_eq!(moved("-0.03", &[])["ok"], true);
+    assert!(
+        step(&kept()).variance < step(&first).variance,
+        "the second move began with what the first had learnt"
+    );
+    let before = written(folder, "mine/map.toml");
+    let given_up = moved("5", &["--fault", "drive:dead"]);
+    assert!(given_up["stopped"].is_string(), "{given_up}");
+    assert_eq!(written(folder, "mine/map.toml"), before);
+    let gallery = ["position", "--scene", "set_f_plant", "--map", "set_f_plant", "--learn"];
+    refuses(folder, &gallery, &["--learn", "set_f_plant is no file", "commission --out"]);
 }
 
 /// A motor that cannot be positioned is refused in one line, and no map is written.

@@ -1,5 +1,6 @@
 //! The description that is kept: by whom it is in force, and when it is refused.
 
+use controller::map_correction::{LearntFactor, LearntFactors};
 use estimator::{CameraDescription, Instruments};
 use link::{
     DescriptionDigest, DescriptionDigests, KeptDescription, MapFault, MotorParameterRecord,
@@ -70,12 +71,16 @@ impl<'f> KeepingBench<'f> {
     }
 }
 
-/// Instruments, a latency, and a motor no parameter of which is Table 1's, with a map of so many rows in each table.
+/// Instruments, a latency, and a motor no parameter of which is Table 1's, with a map of so many rows in each table and
+/// what was learnt of it.
 fn description(rows: u8) -> Vec<HostMessage> {
     let camera = CameraDescription { period_nanos: 5_000_000, ..CameraDescription::default() };
     let instruments = Instruments { camera, vibrometer: None };
     let design = other_design();
-    description_messages(&design, instruments, 7, Some(&map_of(design, rows))).collect()
+    let factor = LearntFactor { value: 1.25, variance: 1e-3 };
+    let learnt = LearntFactors { bursts: [factor; 5], step_walk_covariance: 5e-4, rates: [factor; 2] };
+    let map = map_of(design, rows).with_learnt(learnt).expect("within its bounds");
+    description_messages(&design, instruments, 7, Some(&map)).collect()
 }
 
 fn digest_of(messages: &[HostMessage]) -> u64 {

@@ -1,4 +1,5 @@
 use super::*;
+use controller::map_correction::{LearntFactor, LearntFactors};
 use controller::rate::{Profile, RateHold};
 use controller::response_map::Burst;
 use controller::{Drive, Limits, PositionLoop, PositioningTuning, RateLoop, ResponseMap, Sense, Target};
@@ -31,11 +32,13 @@ struct SecondLoop {
     ticks: u64,
     spoil_at: u64,
     spoil: Spoil,
+    /// Whether it does not hear what earlier moves have learnt.
+    is_forgetful: bool,
 }
 
 impl SecondLoop {
     fn new(spoil_at: u64, spoil: Spoil) -> Self {
-        Self { own: None, latency_ticks: 0, ticks: 0, spoil_at, spoil }
+        Self { own: None, latency_ticks: 0, ticks: 0, spoil_at, spoil, is_forgetful: false }
     }
 }
 
@@ -85,6 +88,9 @@ impl Processor for SecondLoop {
                     let rows: Vec<_> = rows.iter().map(Burst::from).collect();
                     map.append_bursts(family.value().unwrap(), &rows).unwrap();
                 }
+                HostMessage::MapLearnt(learnt) if !self.is_forgetful => {
+                    map.set_learnt((*learnt).into()).unwrap();
+                }
                 HostMessage::MapEnd(end) => map.complete(end.step_walk_correlation).unwrap(),
                 _ => (),
             }
@@ -115,8 +121,13 @@ impl Processor for SecondLoop {
         Ok(())
     }
 
-    fn tell(&mut self, _: &HostMessage) -> Result<BoardMessage, BoardError> {
-        Err(BoardError::Board("makes no experiments".to_owned()))
+    fn tell(&mut self, message: &HostMessage) -> Result<BoardMessage, BoardError> {
+        match (message, &self.own) {
+            (HostMessage::Learnt, Some(OwnLoop::Move(own))) => {
+                Ok(BoardMessage::Learnt(LearntFactors::from(own.positioning().correction()).into()))
+            }
+            _ => Err(BoardError::Board("makes no experiments".to_owned())),
+        }
     }
 
     fn tick(&mut self, measurements: &TickMeasurements) -> Result<TickRecord, BoardError> {
@@ -138,6 +149,24 @@ impl Processor for SecondLoop {
 fn scene(sets: &[&str]) -> Scene {
     let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
     Scene::of_sets(&sets).unwrap()
+}
+
+/// What earlier moves have learnt reaches the processor with the map. One that does not hear it has learnt something
+/// else at the end, though a rotor that is at its target tells no difference.
+#[test]
+fn exact_what_was_learnt_is_compared() {
+    let factor = LearntFactor { value: 1.25, variance: 1e-3 };
+    let learnt = LearntFactors { bursts: [factor; 5], step_walk_covariance: 5e-4, rates: [factor; 2] };
+    let map = ResponseMap::table_1().with_learnt(learnt).unwrap();
+    let sets = ["position.to_deg=0", "position.tolerance_deg=1", "position.hold_s=0.01"];
+    let scene = scene(&sets).with_response_map(map);
+    for is_forgetful in [false, true] {
+        let mut second = SecondLoop { is_forgetful, ..SecondLoop::new(u64::MAX, |_| ()) };
+        let compared = run(&scene, &mut second).unwrap();
+        assert_eq!(compared.identical, !is_forgetful);
+        let difference = compared.difference.map(|found| (found.field, found.step == compared.steps));
+        assert_eq!(difference, is_forgetful.then_some(("learnt", true)));
+    }
 }
 
 /// Filter, target, tolerance and deadline reach the processor, and the measurements are those that the host took in.

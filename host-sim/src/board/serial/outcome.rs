@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use controller::map_correction::LearntFactors;
 use link::{BoardIdentity, Counters, LOOP_DIGEST, ResetCause};
 use serde::Serialize;
 
@@ -195,6 +196,9 @@ pub struct SerialOutcome {
     /// Times, clocks and line.
     #[serde(flatten)]
     pub session: SessionFigures,
+    /// What a move has learnt of the motor; `None` of another task, or if the board did not tell it.
+    #[serde(skip)]
+    pub learnt: Option<LearntFactors>,
 }
 
 /// [`Counters`] as a result.

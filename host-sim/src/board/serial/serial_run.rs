@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use controller::PositionLoop;
+use controller::map_correction::LearntFactors;
 use estimator::CameraFrame;
 use link::{BoardFault, BoardMessage, Header, HostMessage, LdvRecords, SHORT_FRAME_BYTES, TickRecord};
 use motor_model::{DriveCommand, Time};
@@ -342,11 +343,13 @@ impl ArmedRun {
             }
             Ending::Early(early) => Some(early),
         };
+        // Before the stop, which configures the move anew.
+        let learnt = if early.is_none() && self.task.learns() { self.session.learnt() } else { None };
         let acknowledged = self.session.stop();
         let stopped = if acknowledged { Stopped::Acknowledged } else { Stopped::Unacknowledged };
         let after_s = host_s;
         match early {
-            None => Ok(self.outcome(host_s, acknowledged)),
+            None => Ok(self.outcome(host_s, acknowledged, learnt)),
             Some(Early::Interrupted) => Err(SerialError::Interrupted { stopped }),
             Some(Early::Silent) => {
                 Err(SerialError::Silent { silent_s: SILENCE_MAX.as_secs_f64(), after_s, stopped })
@@ -358,7 +361,12 @@ impl ArmedRun {
         }
     }
 
-    fn outcome(mut self, host_s: f64, stop_acknowledged: bool) -> SerialOutcome {
+    fn outcome(
+        mut self,
+        host_s: f64,
+        stop_acknowledged: bool,
+        learnt: Option<LearntFactors>,
+    ) -> SerialOutcome {
         let (at, reported) = self.last.map_or((None, None), |(at, reported)| (Some(at), Some(reported)));
         let truth = self.plant.as_ref().and_then(PlantInTheLoop::truth);
         let counters = self.session.counters();
@@ -389,6 +397,6 @@ impl ArmedRun {
             },
             counters: counters.map(CounterFigures::from),
         };
-        SerialOutcome { task: self.task.figures(reported.as_ref(), truth), session }
+        SerialOutcome { task: self.task.figures(reported.as_ref(), truth), session, learnt }
     }
 }

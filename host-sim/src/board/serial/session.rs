@@ -8,6 +8,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use controller::PositionLoop;
+use controller::map_correction::LearntFactors;
 use estimator::CameraFrame;
 use link::camera_frame::UNIT_NANOS;
 use link::{
@@ -302,6 +303,15 @@ impl BoardSession {
         self.send(&HostMessage::Count).ok()?;
         match self.answer("its counters", |answer| matches!(answer, BoardMessage::Counters(_))) {
             Ok((_, BoardMessage::Counters(counters))) => Some(counters),
+            _ => None,
+        }
+    }
+
+    /// What the move of the board has learnt of its motor; `None` if it does not tell it.
+    pub(super) fn learnt(&mut self) -> Option<LearntFactors> {
+        self.send(&HostMessage::Learnt).ok()?;
+        match self.answer("what it has learnt", |answer| matches!(answer, BoardMessage::Learnt(_))) {
+            Ok((_, BoardMessage::Learnt(learnt))) => Some(learnt.into()),
             _ => None,
         }
     }

@@ -101,6 +101,11 @@ impl WatchedTask {
         }
     }
 
+    /// Whether the board learns of its motor meanwhile.
+    pub(super) fn learns(&self) -> bool {
+        matches!(self, Self::Move(_))
+    }
+
     pub(super) fn goal(&self) -> Goal {
         match self {
             Self::Move(watched) => Goal::Angle { target_deg: watched.target_deg },

@@ -10,7 +10,7 @@ use serde_json::value::RawValue;
 use toml::de::{DeTable, DeValue};
 
 use super::super::toml_text::line_and_column;
-use super::{BurstLine, CruiseLine, MapFile};
+use super::{BurstLine, CruiseLine, FactorLine, LearntTable, MapFile};
 
 /// A format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,9 +97,14 @@ impl MapFormat {
         ];
         match self {
             Self::Toml => {
+                let of = match &file.learnt {
+                    None => "motors drawn around a design: `host-sim response-map --out FILE.toml`",
+                    Some(_) => {
+                        "one motor, with what its moves have learnt: `host-sim position --map FILE --learn`"
+                    }
+                };
                 let mut text = format!(
-                    "# The response map of motors drawn around a design: `host-sim response-map --out FILE.toml`.\n\
-                     step_walk_correlation = {:?}\n\n[design]\n",
+                    "# The response map of {of}.\nstep_walk_correlation = {:?}\n\n[design]\n",
                     file.step_walk_correlation
                 );
                 for (key, value) in in_order(file) {
@@ -112,6 +117,9 @@ impl MapFormat {
                 for (name, rows) in tables.into_iter().chain([bursts]) {
                     let _ = write!(text, "\n[{name}]\n{rows}");
                 }
+                if let Some(learnt) = &file.learnt {
+                    text.push_str(&toml_learnt(learnt));
+                }
                 text
             }
             Self::Json => {
@@ -119,11 +127,12 @@ impl MapFormat {
                     in_order(file).map(|(key, value)| format!("    {key:?}: {value:?}")).collect();
                 format!(
                     "{{\n  \"step_walk_correlation\": {:?},\n  \"design\": {{\n{}\n  }},\n  \"cruises\": {{\n{}\n  \
-                     }},\n  \"bursts\": {{\n{}\n  }}\n}}\n",
+                     }},\n  \"bursts\": {{\n{}\n  }}{}\n}}\n",
                     file.step_walk_correlation,
                     design.join(",\n"),
                     cruises.map(|(name, rows)| json_rows(name, rows)).join(",\n"),
-                    bursts.map(|(name, rows)| json_rows(name, rows)).join(",\n")
+                    bursts.map(|(name, rows)| json_rows(name, rows)).join(",\n"),
+                    file.learnt.as_ref().map(json_learnt).unwrap_or_default()
                 )
             }
         }
@@ -151,6 +160,44 @@ fn burst(line: &BurstLine) -> String {
     format!(
         "amplitude = {amplitude:?}, ticks = {ticks}, turn_rad = {turn_rad:?}, motors_sd_rad = {motors_sd_rad:?}, \
          repeat_sd_rad = {repeat_sd_rad:?}"
+    )
+}
+
+/// The factors by their names, without the covariance.
+fn factors(learnt: &LearntTable) -> [(&'static str, FactorLine); 7] {
+    let LearntTable { step, walk, stride, nudge, throw, rate_b, rate_c, .. } = *learnt;
+    [
+        ("step", step),
+        ("walk", walk),
+        ("stride", stride),
+        ("nudge", nudge),
+        ("throw", throw),
+        ("rate_b", rate_b),
+        ("rate_c", rate_c),
+    ]
+}
+
+fn toml_learnt(learnt: &LearntTable) -> String {
+    let mut text =
+        "\n# What moves have learnt of the motor, per turn and rate of the rows above.\n[learnt]\n"
+            .to_owned();
+    for (name, FactorLine { value, variance }) in factors(learnt) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{name} = {{ value = {value:?}, variance = {variance:?} }}");
+    }
+    let _ = writeln!(text, "step_walk_covariance = {:?}", learnt.step_walk_covariance);
+    text
+}
+
+/// With the comma after what stands before it.
+fn json_learnt(learnt: &LearntTable) -> String {
+    let rows = factors(learnt).map(|(name, FactorLine { value, variance })| {
+        format!("    \"{name}\": {{\"value\": {value:?}, \"variance\": {variance:?}}},\n")
+    });
+    format!(
+        ",\n  \"learnt\": {{\n{}    \"step_walk_covariance\": {:?}\n  }}",
+        rows.concat(),
+        learnt.step_walk_covariance
     )
 }
 

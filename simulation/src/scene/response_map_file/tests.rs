@@ -33,6 +33,36 @@ fn exact_the_map_of_table_1_survives_its_file() {
     assert!(parsed_as("map.json", &table_1()).is_err(), "it is no JSON");
 }
 
+/// That of one motor, with factors that no two digits hold.
+fn of_one_motor() -> ResponseMap {
+    let factor = |value| LearntFactor { value, variance: 1e-3 / value };
+    ResponseMap::table_1()
+        .with_learnt(LearntFactors {
+            bursts: [1.0 / 3.0, 0.7, 1.3, 0.9, 3.9].map(factor),
+            step_walk_covariance: -1e-3 / 7.0,
+            rates: [1.0 / 7.0, 1.1].map(factor),
+        })
+        .unwrap()
+}
+
+#[test]
+fn exact_what_was_learnt_survives_the_file_and_is_refused_by_its_line() {
+    for (name, from, to) in [
+        ("map.toml", "walk = { value = 0.7,", "walk = { value = 0.07,"),
+        ("map.json", "\"walk\": {\"value\": 0.7,", "\"walk\": {\"value\": 0.07,"),
+    ] {
+        let text = response_map_text(&of_one_motor(), Path::new(name));
+        assert_eq!(parsed_as(name, &text), Ok(of_one_motor()));
+        assert_ne!(parsed_as(name, &text).as_ref(), Ok(ResponseMap::table_1()));
+        let at = text.lines().position(|line| line.contains(from)).unwrap() + 1;
+        let error = parsed_as(name, &text.replacen(from, to, 1)).unwrap_err();
+        let wrong = "learnt walk = 0.07 is outside its bounds 0.1 to 4";
+        assert!(error.starts_with(&format!("error: {name}:{at}:")) && error.contains(wrong), "{error}");
+        let lacking = parsed_as(name, &text.replacen("rate_b", "rate_a", 1)).unwrap_err();
+        assert!(lacking.contains("rate_a"), "{lacking}");
+    }
+}
+
 /// The same rules as in TOML, each with the line of what breaks it.
 #[test]
 fn exact_refusals_of_json_name_the_line_and_what_is_wrong() {
@@ -140,7 +170,7 @@ proptest! {
         from in 0..6000_usize,
         length in 0..60_usize,
         new in "[-0-9a-z.={} \n\\[\\]]{0,6}") {
-        let mut text = table_1();
+        let mut text = text_of(&of_one_motor());
         let from = from.min(text.len());
         let to = (from + length).min(text.len());
         text.replace_range(from..to, &new);

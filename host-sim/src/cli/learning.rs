@@ -1,0 +1,68 @@
+//! `--learn`: what moves learn of the motor, kept in the file of its map from move to move.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use controller::map_correction::LearntFactors;
+
+use super::{MapArgs, progress};
+use crate::cli::CommandError;
+use crate::report::files::Output;
+use simulation::scene::{Scene, response_map_text};
+
+#[derive(Debug, Default, Args)]
+pub(super) struct LearnArgs {
+    #[command(flatten)]
+    pub(super) map: MapArgs,
+    /// Keep what the move learns of the motor in the file of --map, which is then the map of this motor: the next move
+    /// begins with it. A move that does not reach its target leaves the file as it is
+    #[arg(long, requires = "map")]
+    learn: bool,
+}
+
+/// The map's file, to be written anew.
+pub(super) struct LearningMap {
+    path: PathBuf,
+    output: Output,
+}
+
+impl LearnArgs {
+    /// By `map`, which stays as it is.
+    pub(super) fn by(map: MapArgs) -> Self {
+        Self { map, learn: false }
+    }
+
+    /// The map's file, if the move is to learn. It is opened before the move.
+    ///
+    /// # Errors
+    /// When the map is no file, or cannot be written.
+    pub(super) fn open(&self) -> Result<Option<LearningMap>, CommandError> {
+        let Some(path) = self.map.map.as_deref().filter(|_| self.learn) else { return Ok(None) };
+        if !path.is_file() {
+            return Err(CommandError::NoMapFile { path: path.to_owned() });
+        }
+        Ok(Some(LearningMap { path: path.to_owned(), output: Output::create(path)? }))
+    }
+}
+
+impl LearningMap {
+    /// Writes the map of `scene` with what was learnt, in the place of the file as it was; without that the file stays.
+    ///
+    /// # Errors
+    /// When it cannot be written; the file is then as it was.
+    pub(super) fn publish(self, scene: &Scene, learnt: Option<LearntFactors>) -> Result<(), CommandError> {
+        let Self { path, mut output } = self;
+        let Some(learnt) = learnt else {
+            progress::note(&format!(
+                "note: {} is as it was: the move did not reach its target",
+                path.display()
+            ));
+            return Ok(());
+        };
+        let map = scene.response_map()?.with_learnt(learnt).map_err(CommandError::NotLearnt)?;
+        let text = response_map_text(&map, &path);
+        output.write_all(text.as_bytes()).map_err(|source| output.unwritable(source))?;
+        Ok(output.publish()?)
+    }
+}
