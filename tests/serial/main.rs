@@ -107,7 +107,6 @@ fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
     assert!(stderr.lines().count() >= 1 && stderr.lines().all(|line| line.starts_with("time ")), "{stderr}");
     let text = explained(log);
     assert!(text.contains("at the target") && text.contains("the run ends as it should"), "{text}");
-    board.hears(|message| (*message == BoardMessage::Stopped).then_some(()));
     // The map is that of the motor now: the same rows, and the factors that the board has told.
     let of_motor = std::fs::read_to_string(&map).expect("the map");
     let of_motor = parse_response_map(&of_motor, &map).expect("a map");
@@ -118,6 +117,7 @@ fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
     assert_eq!(Ok(of_motor), ResponseMap::table_1().with_learnt(told.into()));
     let prior = LearntFactors::from(&MapCorrection::of(ResponseMap::table_1()));
     assert_ne!(told, LearntRecord::from(prior));
+    board.hears(|message| (*message == BoardMessage::Stopped).then_some(()));
 }
 
 /// Hardware in the loop: the board holds a rate of the simulated motor to its end, and says what it was by its
