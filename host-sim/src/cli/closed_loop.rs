@@ -9,7 +9,7 @@ use clap::Args;
 
 use super::beside::BesideArgs;
 use super::count::Count;
-use super::learning::LearnArgs;
+use super::learning::{LearnArgs, NOT_REACHED};
 use super::log_args::LogArgs;
 use super::publication::{DrawingArgs, Findings, PublicationArgs};
 use super::report::{ReportArgs, Request};
@@ -111,7 +111,7 @@ impl PositionArgs {
         let json = result_json::of(&request, &[], &files::json_line(&outcome));
         let logged = log.finish(&json)?;
         if let Some(learning) = learning {
-            learning.publish(&scene, learnt.filter(|_| outcome.stopped.is_none()))?;
+            learning.publish(&scene, learnt.filter(|_| outcome.stopped.is_none()).ok_or(NOT_REACHED))?;
         }
         let svg = position_report::svg(&outcome, &trace)?;
         if let (Some(report), Some(beside)) = (report, &beside) {

@@ -21,6 +21,9 @@ pub(super) struct LearnArgs {
     learn: bool,
 }
 
+/// Why nothing was learnt: a drive that fails is no property of the motor.
+pub(super) const NOT_REACHED: &str = "the move did not reach its target";
+
 /// The map's file, to be written anew.
 pub(super) struct LearningMap {
     path: PathBuf,
@@ -47,18 +50,23 @@ impl LearnArgs {
 }
 
 impl LearningMap {
-    /// Writes the map of `scene` with what was learnt, in the place of the file as it was; without that the file stays.
+    /// Writes the map of `scene` with what was learnt, in the place of the file as it was. Without that the file stays,
+    /// and the reason is told.
     ///
     /// # Errors
     /// When it cannot be written; the file is then as it was.
-    pub(super) fn publish(self, scene: &Scene, learnt: Option<LearntFactors>) -> Result<(), CommandError> {
+    pub(super) fn publish(
+        self,
+        scene: &Scene,
+        learnt: Result<LearntFactors, &'static str>,
+    ) -> Result<(), CommandError> {
         let Self { path, mut output } = self;
-        let Some(learnt) = learnt else {
-            progress::note(&format!(
-                "note: {} is as it was: the move did not reach its target",
-                path.display()
-            ));
-            return Ok(());
+        let learnt = match learnt {
+            Ok(learnt) => learnt,
+            Err(reason) => {
+                progress::note(&format!("note: {} is as it was: {reason}", path.display()));
+                return Ok(());
+            }
         };
         let map = scene.response_map()?.with_learnt(learnt).map_err(CommandError::NotLearnt)?;
         let text = response_map_text(&map, &path);

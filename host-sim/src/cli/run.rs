@@ -11,7 +11,7 @@ use clap::{Args, ValueHint};
 use indicatif::ProgressBar;
 use link::{KeptDescription, VERSION};
 
-use super::learning::LearnArgs;
+use super::learning::{LearnArgs, NOT_REACHED};
 use super::port_args::{PortArgs, identified};
 use super::readers::{RUN_MOVE, RUN_RATE};
 use super::report::Request;
@@ -107,7 +107,8 @@ impl RunArgs {
         };
         if let Some(learning) = learning {
             let reached = matches!(&outcome.task, TaskFigures::Move(made) if made.stopped.is_none());
-            learning.publish(&scene, outcome.learnt.filter(|_| reached))?;
+            let learnt = outcome.learnt.ok_or("the board has not told what it has learnt");
+            learning.publish(&scene, if reached { learnt } else { Err(NOT_REACHED) })?;
         }
         let request = Request::of_scene("run", &scene).with_key_flags(&KEY_FLAGS);
         let json = result_json::of(&request, &[], &files::json_line(&outcome));
