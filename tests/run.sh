@@ -22,8 +22,9 @@ esac
 logs=$(mktemp -d)
 firmware_id=
 environment_id=
+qemu_id=
 finish() {
-    for id in $firmware_id $environment_id; do kill "$id" 2>/dev/null || true; done
+    for id in $firmware_id $environment_id $qemu_id; do kill "$id" 2>/dev/null || true; done
     rm -r "$logs"
 }
 trap finish EXIT
@@ -109,20 +110,24 @@ check_firmware() {
 # The Python module is built with the system tests, which load it. A test program of its own would need Python's
 # library. The benches have no tests: they are linted.
 tested=(--workspace --exclude fuzz --exclude micromotor-python --exclude benches)
+
+# The first argument names the log: two of these may run at a time.
 timed_tests() {
+    local log=$logs/tests.$1
+    shift
     cargo test "${tested[@]}" \
         --config 'target."cfg(not(target_os = \"none\"))".runner = ["env", "RUSTC_BOOTSTRAP=1"]' \
-        "$@" -Z unstable-options --report-time 2>&1 | tee -a "$logs/tests"
+        "$@" -Z unstable-options --report-time 2>&1 | tee "$log"
 }
 
 summary() {
     echo
     echo "== the ten slowest tests"
     # awk reads all that sort writes: a reader that ends early would break the pipe, and pipefail the run.
-    sed -n 's/^test \([^ ]*\) .*ok <\([0-9.]*\)s>$/\2 \1/p' "$logs/tests" | sort -rn |
+    sed -n 's/^test \([^ ]*\) .*ok <\([0-9.]*\)s>$/\2 \1/p' "$logs"/tests.* | sort -rn |
         awk 'NR <= 10 { printf "%8.1f s  %s\n", $1, $2 }'
     awk '/^test result: ok/ { passed += $4; failed += $6 } END { print passed " passed, " failed " failed" }' \
-        "$logs/tests"
+        "$logs"/tests.*
     printf '%s: %d min %d s in all\n' "$lane" $((SECONDS / 60)) $((SECONDS % 60))
 }
 
@@ -136,9 +141,9 @@ if [[ $lane == quick ]]; then
     heading "lints"
     cargo clippy --workspace --all-targets -- -D warnings
     heading "unit tests"
-    timed_tests --lib --
+    timed_tests unit --lib --
     heading "one closed loop"
-    timed_tests --test system -- closed_loop::tool_position::
+    timed_tests system --test system -- closed_loop::tool_position::
     summary
     exit
 fi
@@ -176,12 +181,25 @@ cat "$logs/firmware"
 wait "$environment_id" || cat "$logs/environment"
 environment_id=
 
-# On the host and, through tests/qemu, on the emulated microcontroller.
-heading "tests run"
-timed_tests --lib --tests --
-# Not optimised: this crate takes longer to build than to test.
-cargo test --package ud-filter --lib --no-default-features --features defmt,serde \
-    --config profile.dev.package.ud-filter.opt-level=0
+# The emulated microcontroller and the host wait for each other: together they keep one core busy. Unit tests keep the
+# other one.
+heading "unit tests; on the emulated microcontroller"
+timed_tests qemu --test qemu -- >"$logs/qemu" 2>&1 &
+qemu_id=$!
+timed_tests unit --lib --test instruments --
+cargo test --package ud-filter --lib --no-default-features --features defmt,serde
 cargo test "${tested[@]}" --doc
+status=0
+wait "$qemu_id" || status=$?
+qemu_id=
+cat "$logs/qemu"
+((status == 0)) || exit "$status"
+
+# A board at a serial line keeps its time only where nothing else runs.
+heading "boards at serial lines"
+timed_tests serial --test serial --
+
+heading "system tests"
+timed_tests system --test system --
 
 summary
