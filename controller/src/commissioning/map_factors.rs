@@ -9,11 +9,14 @@
 //! | turns of steps, of walks | that of the middle row | that between bursts of a family |
 //! | turns of another family | least relative `motors_sd` of its rows | the rest of the row's, and the same |
 //!
-//! Steps and walks share one factor in a motor ([`crate::response_map`]), and are related by the map's correlation.
+//! The factor of steps, and that of walks, may grow with the turn ([`SLOPE_SD`]): in a motor that tilts a short step
+//! turns by less than longer ones promise. Steps and walks share one factor in a motor ([`crate::response_map`]), and
+//! are related by the map's correlation.
 
 use motor_model::{DriveMode, math};
 
 use super::evidence::CommissioningEvidence;
+use super::quantiles;
 use super::repeats::Repeats;
 use super::row_factors::{Normal, RowFactors, RowMeasured};
 use crate::map_correction::MapCorrection;
@@ -41,6 +44,11 @@ pub(super) fn rate_variance(windows: &Repeats) -> Option<f32> {
 /// Windows of a run that count as one independent window: neighbours are correlated in mode B, whose rate has a memory
 /// of 20 ms. An assumption.
 pub(super) const WINDOWS_PER_INDEPENDENT: f32 = 2.0;
+
+/// Standard deviation of the slope of a fine family: by how much the factor of its bursts changes where the map's turn
+/// grows e times. It is none in the height-only motors of the map, 0.09 in the tilting motor of `set_f_plant` and 0.17
+/// in that of `set_g_plant`. An assumption.
+const SLOPE_SD: f32 = 0.1;
 
 /// The factors of a motor's map.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,7 +119,7 @@ impl Measured<'_> {
             .mean_variance(WINDOW_RIPPLE)
             .map(|variance| Normal { mean: windows.mean(), variance: WINDOWS_PER_INDEPENDENT * variance });
         let own = (rate_spread(cruise) - self.rate_common(cruise.mode)).max(0.0) + RATE_SHAPE;
-        RowMeasured { own, measured }
+        RowMeasured { own, lever: 0.0, measured }
     }
 
     pub(super) fn coast_row(&self, index: usize, cruise: &Cruise) -> RowMeasured {
@@ -123,7 +131,7 @@ impl Measured<'_> {
                 variance: coast_rad2 * per * relative * relative,
             })
         });
-        RowMeasured { own: COAST_SHAPE, measured }
+        RowMeasured { own: COAST_SHAPE, lever: 0.0, measured }
     }
 
     pub(super) fn turn_row(&self, family: Family, index: usize, burst: &Burst) -> RowMeasured {
@@ -136,7 +144,13 @@ impl Measured<'_> {
             .map(|variance| Normal { mean: evidence.turns.mean(), variance });
         let rest = if is_fine(family) { 0.0 } else { turn_spread(burst) - self.turn_common(family) };
         let own = rest.max(0.0) + MapCorrection::shape(family);
-        RowMeasured { own, measured }
+        RowMeasured { own, lever: self.slope_lever(family, burst), measured }
+    }
+
+    /// What a slope of one standard deviation changes in the factor of a fine burst.
+    fn slope_lever(&self, family: Family, burst: &Burst) -> f32 {
+        let middle = self.map.middle(family).filter(|_| is_fine(family));
+        middle.map_or(0.0, |middle| SLOPE_SD * quantiles::ln(burst.turn_rad / middle.turn_rad))
     }
 
     fn turns(&self, family: Family) -> RowFactors {

@@ -49,7 +49,7 @@ pub(super) fn binomial_tail(n: u16, least: u16, probability: f64) -> f64 {
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "a quantile needs no more than single precision")]
-fn ln(x: f32) -> f32 {
+pub(super) fn ln(x: f32) -> f32 {
     math::ln(f64::from(x)) as f32
 }
 

@@ -3,26 +3,33 @@
 //!
 //! # Model (C5)
 //!
-//! A table's rows share a factor `f`, and row `i` has a deviation `d_i` of its own. Repeats of a row give the mean
-//! `y_i`, in units of the prior row, with the variance `m_i`:
+//! A table's rows share a factor `f`. It may grow with the turn of the row: `h` is that slope in its standard
+//! deviations, and `z_i` what one of them changes in row `i`. A row has a deviation `d_i` of its own. Repeats of a row
+//! give the mean `y_i`, in units of the prior row, with the variance `m_i`:
 //!
 //! ```text
-//! f ~ N(1, v),   d_i ~ N(0, o_i),   y_i = f + d_i + noise,    w_i = 1 / (o_i + m_i)
-//! f given all y:            precision 1/v + sum w,   mean (1/v + sum w y) / (1/v + sum w)
-//! row i without its own y:  N(mean, variance) of f from the other rows, and o_i
+//! f ~ N(1, v),   h ~ N(0, 1),   d_i ~ N(0, o_i),   y_i = f + h z_i + d_i + noise,    w_i = 1 / (o_i + m_i)
+//! f and h given all y:      precision [1/v + sum w, sum w z; sum w z, 1 + sum w z^2]
+//!                           precision times mean (1/v + sum w y, sum w z y)
+//! row i without its own y:  N(mean, variance) of f + h z_i from the other rows, and o_i
 //! row i:                    that and N(y_i, m_i), weighted by their precisions
 //! ```
 //!
-//! A row that was not measured keeps the prior's shape under the common factor. A slow motor's rows differ by less:
-//! `o_i` is multiplied by the square of the weighted mean of the rows, from a hundredth to 1.
+//! A row that was not measured keeps the prior's shape under factor and slope. A slow motor's rows differ by less:
+//! `o_i` and `z_i^2` are multiplied by the square of the level of the rows, from a hundredth to 1.
 //!
 //! # Where the prior does not hold
 //!
-//! - Level: the weighted mean of the rows lies beyond [`LEVEL_SIGMAS`] of what the prior expects. `v` becomes the
-//!   square of that distance, so that the measurement decides.
-//! - Shape: `Q = sum w (y - mean)^2` exceeds the 1 % point of chi-square with n - 1 degrees of freedom. All `o_i` grow
-//!   by the variance between rows that explains Q: `(Q - (n - 1)) / (sum w - sum w^2 / sum w)` (`DerSimonian` and
-//!   Laird, "Meta-analysis in clinical trials", Controlled Clinical Trials 7 (1986) 177).
+//! The rows alone give the factor by least squares with the covariance `V = W^-1 + z z'`: `mean = 1'M y / 1'M 1`, with
+//! `M = V^-1 = W - W z z' W / (1 + z'W z)`.
+//!
+//! - Level: this mean lies beyond [`LEVEL_SIGMAS`] of what the prior expects. `v` becomes the square of that distance,
+//!   so that the measurement decides.
+//! - Shape: `Q = (y - mean)' M (y - mean)` exceeds the 1 % point of chi-square with n - 1 degrees of freedom. All `o_i`
+//!   grow by the variance between rows that explains Q: `(Q - (n - 1)) / (tr M - |M 1|^2 / 1'M 1)` (`DerSimonian` and
+//!   Laird, "Meta-analysis in clinical trials", Controlled Clinical Trials 7 (1986) 177, there without a slope).
+
+use motor_model::math;
 
 use super::quantiles;
 
@@ -48,8 +55,28 @@ pub struct Normal {
 pub struct RowMeasured {
     /// Variance of the row's own deviation from the common factor, `o_i`.
     pub own: f32,
+    /// What a slope of one standard deviation changes in the row, `z_i`.
+    pub lever: f32,
     /// What was measured, `y_i` and `m_i`; `None` of a row that was not.
     pub measured: Option<Normal>,
+}
+
+/// A measured row as it counts in the sums.
+#[derive(Clone, Copy, Debug)]
+struct Weighted {
+    weight: f32,
+    lever: f32,
+    mean: f32,
+}
+
+/// The sums over measured rows: of `w`, `w y`, `w z`, `w z^2` and `w z y`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Sums {
+    weight: f32,
+    mean: f32,
+    lever: f32,
+    lever2: f32,
+    lever_mean: f32,
 }
 
 /// The factors of a table.
@@ -57,9 +84,7 @@ pub struct RowMeasured {
 pub struct RowFactors {
     /// Of the common factor, before the rows count.
     prior: Normal,
-    /// Sums of `w` and `w y`.
-    weight: f32,
-    weighted: f32,
+    sums: Sums,
     /// What all `o_i` are multiplied by, and what they have grown by.
     scale: f32,
     extra: f32,
@@ -75,11 +100,47 @@ fn both(a: Normal, b: Normal) -> Normal {
     Normal { mean: a.mean + part * (b.mean - a.mean), variance: part * b.variance }
 }
 
-impl RowMeasured {
-    /// Weight and mean of what was measured, where the row's own deviation has the variance `own`.
-    fn weight(&self, own: f32) -> Option<(f32, f32)> {
-        let Normal { mean, variance } = self.measured?;
-        Some((1.0 / (own + variance).max(f32::MIN_POSITIVE), mean))
+impl Sums {
+    /// Adds a row, or takes it away for a `sign` of -1.
+    fn with(self, sign: f32, row: Weighted) -> Self {
+        let Weighted { weight, lever, mean } = row;
+        let weight = sign * weight;
+        Self {
+            weight: self.weight + weight,
+            mean: self.mean + weight * mean,
+            lever: self.lever + weight * lever,
+            lever2: self.lever2 + weight * lever * lever,
+            lever_mean: self.lever_mean + weight * lever * mean,
+        }
+    }
+
+    /// The entry of `row` in `M 1`.
+    fn of_row(&self, row: Weighted) -> f32 {
+        row.weight * (1.0 - row.lever * self.lever / (1.0 + self.lever2))
+    }
+
+    /// The common factor by the rows alone: `1'M y / 1'M 1`, and the variance `1 / 1'M 1`.
+    fn alone(&self) -> Option<Normal> {
+        let slope = self.lever / (1.0 + self.lever2);
+        let precision = self.weight - slope * self.lever;
+        (precision > 0.0).then(|| Normal {
+            mean: (self.mean - slope * self.lever_mean) / precision,
+            variance: 1.0 / precision,
+        })
+    }
+
+    /// The factor of a row with this `lever`, but for its own deviation. The precision of `f` and `h` is multiplied by
+    /// the prior's variance, which may be next to nothing.
+    fn expected(&self, prior: Normal, lever: f32) -> Normal {
+        let v = prior.variance;
+        let (of_factor, across, of_slope) = (1.0 + v * self.weight, self.lever, 1.0 + self.lever2);
+        let determinant = of_factor * of_slope - v * across * across;
+        let (factor, slope) = (prior.mean + v * self.mean, self.lever_mean);
+        Normal {
+            mean: (of_slope * factor - v * across * slope + lever * (of_factor * slope - across * factor))
+                / determinant,
+            variance: (v * of_slope - 2.0 * lever * v * across + lever * lever * of_factor) / determinant,
+        }
     }
 }
 
@@ -88,49 +149,70 @@ impl RowFactors {
     pub fn of(spread: f32, rows: impl Iterator<Item = RowMeasured> + Clone) -> Self {
         let mut factors = Self {
             prior: Normal { mean: 1.0, variance: spread },
-            weight: 0.0,
-            weighted: 0.0,
+            sums: Sums::default(),
             scale: 1.0,
             extra: 0.0,
             measured: 0,
             chi_square: 0.0,
         };
         factors.sum(rows.clone());
-        if let Some(Normal { mean, .. }) = factors.rows_alone() {
+        if let Some(Normal { mean, .. }) = factors.sums.alone() {
             factors.scale = (mean * mean).clamp(SCALE_MIN, 1.0);
             factors.sum(rows.clone());
         }
-        let mut squares = 0.0;
-        let own = factors;
-        for (weight, mean) in rows.clone().filter_map(|row| row.weight(own.own(&row))) {
-            let off = mean - factors.weighted / factors.weight;
-            factors.measured = factors.measured.saturating_add(1);
-            factors.chi_square += weight * off * off;
-            squares += weight * weight;
-        }
-        if factors.has_other_shape() {
-            let spread_weight = factors.weight - squares / factors.weight;
-            factors.extra = (factors.chi_square - factors.freedom()) / spread_weight.max(f32::MIN_POSITIVE);
-            factors.sum(rows);
+        if let Some(Normal { mean, variance }) = factors.sums.alone() {
+            factors.judge_shape(mean, variance, rows);
         }
         factors.widen();
         factors
     }
 
-    /// Variance of the deviation of `row` from the common factor.
+    /// Computes `Q` about the `mean` of the rows alone, and widens the own deviations where it is too large.
+    fn judge_shape(&mut self, mean: f32, variance: f32, rows: impl Iterator<Item = RowMeasured> + Clone) {
+        let per_slope = 1.0 / (1.0 + self.sums.lever2);
+        let (mut trace, mut square, mut along) = (0.0, 0.0, 0.0);
+        let counted = *self;
+        for row in rows.clone().filter_map(|row| counted.weighted(&row)) {
+            let off = row.mean - mean;
+            self.measured = self.measured.saturating_add(1);
+            self.chi_square += row.weight * off * off;
+            along += row.weight * row.lever * off;
+            trace += row.weight * (1.0 - row.weight * row.lever * row.lever * per_slope);
+            let of_row = self.sums.of_row(row);
+            square += of_row * of_row;
+        }
+        self.chi_square -= along * along * per_slope;
+        if self.has_other_shape() {
+            let left = trace - square * variance;
+            self.extra = (self.chi_square - self.freedom()) / left.max(f32::MIN_POSITIVE);
+            self.sum(rows);
+        }
+    }
+
+    /// Variance of the deviation of `row` from factor and slope.
     fn own(&self, row: &RowMeasured) -> f32 {
         self.scale * row.own + self.extra
     }
 
+    fn lever(&self, row: &RowMeasured) -> f32 {
+        math::sqrt_f32(self.scale) * row.lever
+    }
+
+    /// `row` as it counts, if it was measured.
+    fn weighted(&self, row: &RowMeasured) -> Option<Weighted> {
+        let Normal { mean, variance } = row.measured?;
+        let weight = 1.0 / (self.own(row) + variance).max(f32::MIN_POSITIVE);
+        Some(Weighted { weight, lever: self.lever(row), mean })
+    }
+
     fn sum(&mut self, rows: impl Iterator<Item = RowMeasured>) {
-        (self.weight, self.weighted) = rows
-            .filter_map(|row| row.weight(self.own(&row)))
-            .fold((0.0, 0.0), |(sum, weighted), (weight, mean)| (sum + weight, weighted + weight * mean));
+        self.sums =
+            rows.filter_map(|row| self.weighted(&row)).fold(Sums::default(), |sums, row| sums.with(1.0, row));
     }
 
     /// Widens the prior where the rows' level is not that of the prior's motors.
     fn widen(&mut self) {
-        if let Some(Normal { mean, variance }) = self.rows_alone() {
+        if let Some(Normal { mean, variance }) = self.sums.alone() {
             let off = mean - self.prior.mean;
             if off * off > LEVEL_SIGMAS * LEVEL_SIGMAS * (self.prior.variance + variance) {
                 self.prior.variance = self.prior.variance.max(off * off);
@@ -142,18 +224,13 @@ impl RowFactors {
     /// by `other` alone. A related table of another shape tells nothing.
     #[must_use]
     pub fn related(mut self, other: &Self, covariance: f32) -> Self {
-        if let Some(measured) = other.rows_alone().filter(|_| !other.has_other_shape()) {
+        if let Some(measured) = other.sums.alone().filter(|_| !other.has_other_shape()) {
             let gain = covariance / (other.prior.variance + measured.variance);
             self.prior.mean += gain * (measured.mean - other.prior.mean);
             self.prior.variance = (self.prior.variance - gain * covariance).max(f32::MIN_POSITIVE);
             self.widen();
         }
         self
-    }
-
-    /// The common factor by the rows alone.
-    fn rows_alone(&self) -> Option<Normal> {
-        (self.weight > 0.0).then(|| Normal { mean: self.weighted / self.weight, variance: 1.0 / self.weight })
     }
 
     /// Rows that were measured.
@@ -177,21 +254,14 @@ impl RowFactors {
 
     /// The common factor.
     pub fn common(&self) -> Normal {
-        Self::with(self.prior, self.weight, self.weighted)
-    }
-
-    fn with(prior: Normal, weight: f32, weighted: f32) -> Normal {
-        if weight <= 0.0 {
-            return prior;
-        }
-        both(prior, Normal { mean: weighted / weight, variance: 1.0 / weight })
+        self.sums.expected(self.prior, 0.0)
     }
 
     /// The factor of `row`, one of the rows of the table.
     pub fn row(&self, row: &RowMeasured) -> Normal {
-        let (weight, mean) = row.weight(self.own(row)).unwrap_or((0.0, 0.0));
-        let others = Self::with(self.prior, self.weight - weight, self.weighted - weight * mean);
-        let expected = Normal { variance: others.variance + self.own(row), ..others };
+        let others = self.weighted(row).map_or(self.sums, |own| self.sums.with(-1.0, own));
+        let expected = others.expected(self.prior, self.lever(row));
+        let expected = Normal { variance: expected.variance + self.own(row), ..expected };
         row.measured.map_or(expected, |measured| both(expected, measured))
     }
 }
@@ -202,7 +272,11 @@ mod tests {
     use nalgebra::{Matrix3, Vector3};
 
     fn row(own: f32, measured: Option<(f32, f32)>) -> RowMeasured {
-        RowMeasured { own, measured: measured.map(|(mean, variance)| Normal { mean, variance }) }
+        leant(own, 0.0, measured)
+    }
+
+    fn leant(own: f32, lever: f32, measured: Option<(f32, f32)>) -> RowMeasured {
+        RowMeasured { own, lever, measured: measured.map(|(mean, variance)| Normal { mean, variance }) }
     }
 
     /// The same by the conditional law of a joint normal in `f64`, written out as matrices.
@@ -210,16 +284,18 @@ mod tests {
     fn dual_rows_are_conditioned_on_what_was_measured() {
         let spread = 0.04;
         let rows = [
-            row(0.01, Some((1.10, 0.004))),
-            row(0.02, None),
-            row(0.0036, Some((1.25, 0.001))),
-            row(0.05, Some((0.9, 0.01))),
+            leant(0.01, -0.1, Some((1.10, 0.004))),
+            leant(0.02, -0.2, None),
+            leant(0.0036, 0.0, Some((1.25, 0.001))),
+            leant(0.05, 0.15, Some((0.9, 0.01))),
         ];
         let factors = RowFactors::of(spread, rows.iter().copied());
         assert!(!factors.has_other_shape());
         let measured = [0, 2, 3];
-        let prior =
-            |i: usize, j: usize| f64::from(spread) + if i == j { f64::from(rows[i].own) } else { 0.0 };
+        let prior = |i: usize, j: usize| {
+            let slope = f64::from(rows[i].lever) * f64::from(rows[j].lever);
+            f64::from(spread) + slope + if i == j { f64::from(rows[i].own) } else { 0.0 }
+        };
         let noise = |i: usize| f64::from(rows[i].measured.unwrap().variance);
         let of_measured = Matrix3::from_fn(|a, b| {
             prior(measured[a], measured[b]) + if a == b { noise(measured[a]) } else { 0.0 }
@@ -290,6 +366,17 @@ mod tests {
         assert!((factors.extra - (1.0 - 0.01)).abs() < 1e-5, "{factors:?}");
     }
 
+    /// Rows on a line: where the motors of the map may have a slope they have its shape, where they have none they do
+    /// not.
+    #[test]
+    fn law_a_slope_is_no_other_shape() {
+        let of = |lever: f32| {
+            let rows = [-1.0, -0.5, 0.0, 0.5].map(|x| leant(1e-4, lever * x, Some((0.5 + 0.1 * x, 1e-4))));
+            RowFactors::of(0.04, rows.into_iter())
+        };
+        assert!(!of(0.2).has_other_shape() && of(0.0).has_other_shape());
+    }
+
     /// 1,000 motors of the prior, by the inverse of the normal law at even places: about 1 % are told to have another
     /// shape. The bound is four standard deviations of a count of 1,000 at 1 %.
     #[test]
@@ -301,10 +388,10 @@ mod tests {
         };
         let mut told = 0;
         for _ in 0..1000 {
-            let common = 1.0 + 0.2 * normal();
-            let rows = [0.01_f32, 0.02, 0.005, 0.03].map(|own| {
-                let mean = common + (own + 0.01).sqrt() * normal();
-                row(own, Some((mean, 0.01)))
+            let (common, slope) = (1.0 + 0.2 * normal(), normal());
+            let rows = [(0.01_f32, -0.2), (0.02, -0.1), (0.005, 0.0), (0.03, 0.1)].map(|(own, lever)| {
+                let mean = common + lever * slope + (own + 0.01).sqrt() * normal();
+                leant(own, lever, Some((mean, 0.01)))
             });
             told += u32::from(RowFactors::of(0.04, rows.into_iter()).has_other_shape());
         }
