@@ -51,11 +51,11 @@ pub use learnt_factors::{LearntFactor, LearntFactors, LearntField};
 /// The factors of all families, with their variances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapCorrection {
-    families: PerFamily<Factor>,
+    families: PerFamily<LearntFactor>,
     /// Covariance of the factors of steps and walks.
     step_walk: f32,
     /// Of the rates in modes B and C.
-    rates: [Factor; 2],
+    rates: [LearntFactor; 2],
 }
 
 /// The response of one motor: the map of its design, corrected.
@@ -65,12 +65,6 @@ pub struct MotorResponse<'a> {
     pub map: &'a ResponseMap,
     /// What was learnt of this motor.
     pub correction: &'a MapCorrection,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Factor {
-    value: f32,
-    variance: f32,
 }
 
 /// What a burst is forecast to do.
@@ -91,7 +85,7 @@ impl MapCorrection {
     fn prior(map: &ResponseMap) -> Self {
         let families = PerFamily::of(Family::ALL.map(|family| {
             let relative = map.middle(family).map_or(0.0, |middle| middle.motors_sd_rad / middle.turn_rad);
-            Factor { value: 1.0, variance: relative * relative }
+            LearntFactor { value: 1.0, variance: relative * relative }
         }));
         let [step, walk] = [Family::Step, Family::Walk].map(|family| *families.get(family));
         let step_walk = map.step_walk_correlation() * math::sqrt_f32(step.variance * walk.variance);
@@ -99,7 +93,7 @@ impl MapCorrection {
             let relative = map
                 .strongest_cruise(mode, 1.0)
                 .map_or(0.0, |cruise| cruise.rate_sd_rad_s / (direction(mode) * cruise.rate_rad_s));
-            Factor { value: 1.0, variance: relative * relative }
+            LearntFactor { value: 1.0, variance: relative * relative }
         });
         Self { families, step_walk, rates }
     }
@@ -126,7 +120,7 @@ impl MotorResponse<'_> {
     }
 }
 
-impl Factor {
+impl LearntFactor {
     /// Corrects the factor by a measurement of `mean` times it that is off by `innovation`, with noise of variance
     /// `noise`. Returns the gain.
     fn update(&mut self, mean: f32, innovation: f32, noise: f32) -> f32 {
@@ -182,7 +176,7 @@ impl MapCorrection {
         }
     }
 
-    fn factor(&self, family: Family) -> Factor {
+    fn factor(&self, family: Family) -> LearntFactor {
         *self.families.get(family)
     }
 
@@ -217,7 +211,7 @@ impl MapCorrection {
 
     /// What `burst` of `family` is forecast to do in this motor.
     pub fn forecast(&self, family: Family, burst: &Burst) -> Forecast {
-        let Factor { value, variance } = self.factor(family);
+        let LearntFactor { value, variance } = self.factor(family);
         let turn_rad2 = burst.turn_rad * burst.turn_rad * (variance + Self::shape(family) * value * value)
             + burst.repeat_sd_rad * burst.repeat_sd_rad * value * value;
         Forecast { turn_rad: value * burst.turn_rad, turn_rad2 }
@@ -374,7 +368,7 @@ mod tests {
         for turned in [1e9, -1e9, 0.0, 1e-30, f32::MAX] {
             for family in Family::ALL {
                 correction.learn(family, &middle(family), turned, 1e-20);
-                let Factor { value, variance } = correction.factor(family);
+                let LearntFactor { value, variance } = correction.factor(family);
                 assert!((0.1..=4.0).contains(&value) && variance > 0.0, "{turned} {family:?} {correction:?}");
                 assert!(correction.factor(Family::Step).variance > 0.0, "{correction:?}");
                 assert!(correction.factor(Family::Walk).variance > 0.0, "{correction:?}");

@@ -21,7 +21,9 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | this one | session, states and messages |
+//! | this one | states, ticks and messages |
+//! | `session` | frames in, frames out, and which of them count |
+//! | `board_facts` | what the board tells of itself: its clock, its stack, its converter, why it started |
 //! | `description` | what the host tells before a move: instruments, motor, map, configuration |
 //! | `configured_move` | the bench as the host describes it, and the task that is configured on it |
 //! | `configured_rate` | the rate, and its end |
@@ -35,6 +37,7 @@
 //! | `kept` | the description over a loss of power |
 //! | `measurements`, `ports` | the queues of measurements until the next tick, and what a tick sees of the board |
 
+mod board_facts;
 mod by_hand;
 #[cfg(feature = "commissioning")]
 mod configured_experiments;
@@ -54,6 +57,7 @@ mod measurements;
 mod observation;
 mod ports;
 mod retarget;
+mod session;
 #[cfg(test)]
 mod tests;
 mod zero;
@@ -63,9 +67,8 @@ use core::mem;
 use controller::PositionLoop;
 use estimator::LdvSample;
 use link::{
-    Arrival, BoardFault, BoardIdentity, BoardMessage, Counters, Deframer, Expected, FRAME_BYTES_MAX,
-    FrameError, Header, HostMessage, LOOP_DIGEST, ResetCause, Sequence, TickRecord, VERSION, decode_on_board,
-    encode_on_board,
+    BoardFault, BoardIdentity, BoardMessage, Counters, Deframer, HostMessage, LOOP_DIGEST, ResetCause,
+    TickRecord,
 };
 use motor_model::{Angle, DriveCommand, Time};
 
@@ -79,6 +82,7 @@ use kept::StoreRequest;
 use measurements::MeasurementQueues;
 use observation::Observation;
 use ports::Ports;
+use session::Session;
 
 /// The host is silent after this many ticks without a frame: 10 ms, a hundred camera frames.
 pub const SILENT_TICKS: u64 = 1000;
@@ -97,14 +101,6 @@ enum State {
     Armed,
     /// Arming is refused until a stop.
     Latched(BoardFault),
-}
-
-/// The session with the host.
-#[derive(Clone, Copy, Debug)]
-struct Session {
-    number: u32,
-    incoming: Sequence,
-    outgoing: u32,
 }
 
 /// The program, with the board's amplifier.
@@ -176,32 +172,6 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         }
     }
 
-    /// The same on a board whose own timer makes the ticks: a step of the host would be one too many.
-    #[must_use]
-    pub fn timed(self) -> Self {
-        Self { in_lock_step: false, ..self }
-    }
-
-    /// Keeps the most bytes that the stack has taken, for [`HostMessage::Count`].
-    pub fn record_stack(&mut self, bytes_max: u32) {
-        self.stack_bytes_max = bytes_max;
-    }
-
-    /// Keeps how many bytes there are for the stack, for [`HostMessage::SelfTest`].
-    pub fn record_stack_size(&mut self, bytes: u32) {
-        self.stack_bytes = bytes;
-    }
-
-    /// Keeps whether the board has a converter for a vibrometer, for [`HostMessage::SelfTest`].
-    pub fn record_converter(&mut self, is_installed: bool) {
-        self.has_converter = is_installed;
-    }
-
-    /// Keeps why the board started, for [`HostMessage::Identify`].
-    pub fn record_reset(&mut self, cause: ResetCause) {
-        self.reset_cause = cause;
-    }
-
     /// The amplifier.
     pub fn amplifier(&self) -> &D {
         &self.amplifier
@@ -229,57 +199,6 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             dropped: self.measurements.dropped,
             stack_bytes_max: self.stack_bytes_max,
             ..self.counters
-        }
-    }
-
-    /// Takes bytes from the host, and gives the frame of every answer to `send`.
-    pub fn receive(&mut self, bytes: &[u8], send: &mut impl FnMut(&[u8])) {
-        for &byte in bytes {
-            let Some(frame) = self.deframer.push(byte) else { continue };
-            let now_nanos = self.elapsed_ticks * PositionLoop::TICK_NANOS;
-            let expected = self.session.map(|Session { number, incoming, .. }| Expected {
-                session: number,
-                sequence: incoming.next(),
-                now_nanos,
-            });
-            let answer = match decode_on_board(frame, expected) {
-                Ok((header, message)) => self.accept(header, &message),
-                Err(FrameError::Version { theirs }) => {
-                    self.counters.other_version += 1;
-                    Some(BoardMessage::Fault(BoardFault::Version { theirs, ours: VERSION }))
-                }
-                // The host does not know that the board has started anew.
-                Err(FrameError::NoSession) => {
-                    self.counters.other_session += 1;
-                    Some(BoardMessage::Fault(BoardFault::UnknownSession { session: 0 }))
-                }
-                Err(_) => {
-                    self.counters.damaged += 1;
-                    None
-                }
-            };
-            if let Some(answer) = answer {
-                self.send(&answer, send);
-            }
-        }
-    }
-
-    /// Makes a frame of `message` and gives it to `send`.
-    pub fn send(&mut self, message: &BoardMessage, send: &mut impl FnMut(&[u8])) {
-        let (session, sequence) = match &mut self.session {
-            Some(session) => {
-                let sequence = session.outgoing;
-                session.outgoing = sequence.wrapping_add(1);
-                (session.number, sequence)
-            }
-            None => (0, 0),
-        };
-        let mut frame = [0; FRAME_BYTES_MAX];
-        let header = Header { session, sequence, ticks: self.elapsed_ticks };
-        if let Some(frame) =
-            encode_on_board(header, message, &mut frame).ok().and_then(|length| frame.get(..length))
-        {
-            send(frame);
         }
     }
 
@@ -393,34 +312,6 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         if let Some(configured) = self.memory.configured.as_ref().filter(|_| was_armed) {
             self.configure(configured.asked());
         }
-    }
-
-    /// Checks session and sequence of a frame and executes its message; the answer, if the message has one.
-    fn accept(&mut self, header: Header, message: &HostMessage) -> Option<BoardMessage> {
-        let Header { session: number, sequence, .. } = header;
-        match &mut self.session {
-            Some(session) if session.number == number => match session.incoming.judge(sequence) {
-                Arrival::New { lost } => self.counters.lost = self.counters.lost.saturating_add(lost),
-                Arrival::Duplicate => {
-                    self.counters.duplicates += 1;
-                    return None;
-                }
-                Arrival::Late => {
-                    self.counters.late += 1;
-                    return None;
-                }
-            },
-            _ if *message == HostMessage::Hello => {
-                self.session = Some(Session { number, incoming: Sequence::after(sequence), outgoing: 0 });
-            }
-            _ => {
-                self.counters.other_session += 1;
-                return Some(BoardMessage::Fault(BoardFault::UnknownSession { session: number }));
-            }
-        }
-        self.counters.taken = self.counters.taken.wrapping_add(1);
-        self.last_frame_at = self.elapsed_ticks;
-        self.execute(message)
     }
 
     /// Executes a message of the session; the answer, if it has one.

@@ -2,7 +2,7 @@
 
 use motor_model::{DriveMode, math};
 
-use super::{Factor, MapCorrection};
+use super::MapCorrection;
 use crate::response_map::{Family, MapError, PerFamily};
 
 /// A factor of a motor: its turn, or its rate, per that of the map.
@@ -74,24 +74,12 @@ impl LearntFactors {
     }
 }
 
-impl From<Factor> for LearntFactor {
-    fn from(Factor { value, variance }: Factor) -> Self {
-        Self { value, variance }
-    }
-}
-
-impl From<LearntFactor> for Factor {
-    fn from(LearntFactor { value, variance }: LearntFactor) -> Self {
-        Self { value, variance }
-    }
-}
-
 impl From<&MapCorrection> for LearntFactors {
     fn from(correction: &MapCorrection) -> Self {
         Self {
-            bursts: Family::ALL.map(|family| correction.factor(family).into()),
+            bursts: Family::ALL.map(|family| correction.factor(family)),
             step_walk_covariance: correction.step_walk,
-            rates: correction.rates.map(LearntFactor::from),
+            rates: correction.rates,
         }
     }
 }
@@ -104,11 +92,7 @@ impl TryFrom<LearntFactors> for MapCorrection {
     fn try_from(factors: LearntFactors) -> Result<Self, MapError> {
         factors.check()?;
         let LearntFactors { bursts, step_walk_covariance, rates } = factors;
-        Ok(Self {
-            families: PerFamily::of(bursts.map(Factor::from)),
-            step_walk: step_walk_covariance,
-            rates: rates.map(Factor::from),
-        })
+        Ok(Self { families: PerFamily::of(bursts), step_walk: step_walk_covariance, rates })
     }
 }
 

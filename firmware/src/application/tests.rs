@@ -4,9 +4,7 @@ use std::boxed::Box;
 use std::vec::Vec;
 
 use controller::{Drive, ResponseMap};
-use link::{
-    BoardIdentity, CameraRecord, Configuration, LOOP_DIGEST, LdvRecord, ResetCause, decode, map_messages,
-};
+use link::{CameraRecord, Configuration, Header, LdvRecord, VERSION, decode, map_messages};
 use motor_model::{DriveCommand, DriveMode, MotorParams, OutOfBounds};
 
 mod by_hand;

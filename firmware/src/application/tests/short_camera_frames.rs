@@ -1,6 +1,6 @@
 //! Camera frames in their short form: they do what long ones do, and the faults of a line are noticed in them too.
 
-use link::{FRAME_BYTES_MAX, SHORT_FRAME_BYTES, encode_camera};
+use link::{FRAME_BYTES_MAX, Header, SHORT_FRAME_BYTES, encode_camera};
 
 use super::*;
 
