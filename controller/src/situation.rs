@@ -44,7 +44,7 @@ pub struct Confidence {
 
 impl Default for Confidence {
     /// A risk of 3.6 %: chosen by `host-sim positioning-trials` over 1000 drawn motors, so that 95 % of the moves end
-    /// within 0.5 milli-degrees.
+    /// within their tolerance.
     fn default() -> Self {
         Self { one_sided: 1.8, two_sided: 2.1 }
     }

@@ -21,6 +21,7 @@ use crate::report::OutputError;
 use crate::report::files::{self, Output, OutputFolder};
 use crate::report::page::{self, PlacedValue};
 use crate::studies::beside::{BesideScene, FIRST};
+use crate::studies::commissioning::{self, CommissioningTrials};
 use crate::studies::error_budget::{BudgetRotor, ErrorBudget};
 use crate::studies::fault_campaign::{FaultCampaign, FaultCampaignPlan};
 use crate::studies::identification::{self, Calibration, CalibrationPlan};
@@ -68,6 +69,9 @@ enum Page {
     FilterCore,
 }
 
+/// Scenes of a rotor that tilts whose motors are commissioned.
+const COMMISSIONED_TILTING: usize = 4;
+
 /// What the page on faults sets beside the default scene: a rotor that tilts, and other instruments.
 const FAULTY_BENCHES: [&str; 4] =
     ["set_f_plant", "camera.marks=3", "camera.frame_rate_hz=500", "ldv.noise_m_s=1e-3"];
@@ -99,7 +103,7 @@ impl Page {
     }
 
     /// Its figures and its pictures; `faulty` are tables of runs with faults, which are made if there are none.
-    fn content(self, effort: Effort, faulty: &[PathBuf]) -> Result<Content, CommandError> {
+    fn content(self, effort: &Effort, faulty: &[PathBuf]) -> Result<Content, CommandError> {
         let scene = &effort.scene()?;
         Ok(match self {
             Self::Paper => paper::PaperPlan::new(effort.paper_seeds)?.run(&|_| ())?.page_values().into(),
@@ -121,7 +125,7 @@ impl Page {
             }
             Self::Positioning => positioning_values(effort, scene)?.into(),
             Self::Instruments => {
-                let Effort { grid_motors, grid_benches, .. } = effort;
+                let Effort { grid_motors, grid_benches, .. } = *effort;
                 let plan = InstrumentGridPlan::new(scene, grid_motors, grid_benches, Shard::ALL);
                 plan.run(&|| ())?.page_values().into()
             }
@@ -165,7 +169,7 @@ const GYROSCOPE_MOTORS: u64 = 10;
 /// How gyroscopes are calibrated on rotors that tilt: for as long as on a level one, a pilot included.
 const TILTING_PILOT: (&str, &str) = ("calibrate.pilot_s", "10");
 
-fn filter_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
+fn filter_values(effort: &Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
     let errors = filter_errors::FilterErrorsPlan::new(scene, effort.error_motors)?.run(&|_| ())?;
     let mut beside = vec![tilting::with_one_mark(scene)?];
     beside.extend(tilting::of_many_motors(scene, effort.tilting_scenes)?);
@@ -182,7 +186,7 @@ fn filter_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, Comm
 }
 
 /// The rotor of the paper, and one that tilts.
-fn budget_rotors(effort: Effort, scene: &Scene) -> Result<Vec<BudgetRotor>, CommandError> {
+fn budget_rotors(effort: &Effort, scene: &Scene) -> Result<Vec<BudgetRotor>, CommandError> {
     let [motors, tilting_motors] = effort.budget_motors;
     let tilting = tilting::of_many_motors(scene, 1)?.into_iter().map(|of| BudgetRotor {
         name: "tilting (set F)",
@@ -193,7 +197,7 @@ fn budget_rotors(effort: Effort, scene: &Scene) -> Result<Vec<BudgetRotor>, Comm
     Ok(std::iter::once(height_only).chain(tilting).collect())
 }
 
-fn positioning_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
+fn positioning_values(effort: &Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
     let trials = positioning_trials::PositioningTrialsPlan::new(scene, Strategy::Planned, effort.trials)?
         .run(&|_| ())?;
     let others = positioning_trials::PositioningTrialsPlan::others(scene, effort.compared_trials)?;
@@ -207,16 +211,33 @@ fn positioning_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>,
     let height_only = BesideScene { name: tilting::HEIGHT_ONLY.to_owned(), scene: scene.clone() };
     let set_f = tilting::of_many_motors(scene, 1)?;
     let scenes = std::iter::once(height_only).chain(set_f);
-    let at_tolerances: Vec<_> = scenes.zip(effort.tolerance_trials.map(u64::from)).collect();
+    let asked = scenes.zip(effort.tolerance_trials.map(u64::from));
+    let at_tolerances: Vec<_> = asked.filter(|(_, trials)| *trials > 0).collect();
     let tolerances = ToleranceTrials::run(&at_tolerances)?;
     let alone = positioning_trials::PositioningTrials::alone(scene, trials);
     let found = positioning_trials::PositioningTrials { others: others?, beside, ..alone };
     let mut values = found.page_values(tilting::HEIGHT_ONLY);
     values.push(tolerances.page_value());
+    values.push(commissioned_value(effort, scene)?);
     Ok(values)
 }
 
-fn calibration_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
+/// Moves of motors that were commissioned first.
+fn commissioned_value(effort: &Effort, scene: &Scene) -> Result<PlacedValue, CommandError> {
+    let [height_only, tilting] = effort.commissioned_motors;
+    let first = BesideScene { name: tilting::HEIGHT_ONLY.to_owned(), scene: scene.clone() };
+    let mut found =
+        BesideScene::run_each(&[first], |scene| CommissioningTrials::run(scene, height_only, &|| ()))?;
+    if tilting > 0 {
+        let scenes = tilting::of_many_motors(scene, COMMISSIONED_TILTING)?;
+        found.extend(BesideScene::run_each(&scenes, |scene| {
+            CommissioningTrials::run(scene, tilting, &|| ())
+        })?);
+    }
+    Ok(commissioning::page_value(&found))
+}
+
+fn calibration_values(effort: &Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
     let of = |scene: &Scene, runs, motors| {
         gyroscope_calibration::CalibrationPlan::new(scene, runs, motors)?.run(&|| ())
     };
@@ -233,7 +254,7 @@ fn calibration_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>,
     Ok(calibrations.page_values(tilting::HEIGHT_ONLY))
 }
 
-fn identification_values(effort: Effort) -> Result<Vec<PlacedValue>, CommandError> {
+fn identification_values(effort: &Effort) -> Result<Vec<PlacedValue>, CommandError> {
     let of = |rotor: &str| -> Result<Calibration, CommandError> {
         let mut scene = Scene::default();
         scene.set("plant.rotor", rotor)?;
@@ -293,7 +314,7 @@ struct PageDone {
 impl ResultsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let all = Page::value_variants();
-        let effort = if self.quick { Effort::QUICK } else { Effort::FULL };
+        let effort = if self.quick { &Effort::QUICK } else { &Effort::FULL };
         let mut done = Vec::new();
         for &page in if self.pages.is_empty() { all } else { &self.pages } {
             let path = self.out.join(format!("{}.md", page.name()));
@@ -321,7 +342,7 @@ fn write(
     page: Page,
     path: &Path,
     images: &Path,
-    effort: Effort,
+    effort: &Effort,
     faulty: &[PathBuf],
 ) -> Result<(), CommandError> {
     let mut file = Output::create(path)?;
@@ -335,7 +356,7 @@ fn write(
 }
 
 /// Compares a page with what would be written.
-fn check(page: Page, path: &Path, effort: Effort, faulty: &[PathBuf]) -> Result<(), CommandError> {
+fn check(page: Page, path: &Path, effort: &Effort, faulty: &[PathBuf]) -> Result<(), CommandError> {
     let written = String::from_utf8_lossy(&files::read(path)?).into_owned();
     let fresh = page::filled(page.template(), &page.content(effort, faulty)?.values)?;
     match page::first_difference(&written, &fresh) {

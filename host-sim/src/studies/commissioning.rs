@@ -18,6 +18,7 @@ mod trials;
 
 pub(crate) use report::report;
 pub(crate) use tables::json;
+pub(crate) use trial_tables::page_value;
 pub use trials::{CommissioningTrial, CommissioningTrials};
 
 use controller::commissioning::CommissioningEnd;

@@ -65,6 +65,7 @@ use simulation::runs::filter::{self, FILTERS};
 use simulation::runs::position;
 use simulation::scene::Scene;
 pub use summary::TrialSummary;
+pub(crate) use tables::millidegrees;
 pub use trial::{MoveKind, PositioningTrial, measuring_s, target, tolerance_deg};
 
 /// Time for which a reached target is held before the error counts.

@@ -43,10 +43,11 @@ const COARSE: (&str, &str) = ("--set", "plant.step_s=1e-5");
 
 /// What takes ten seconds or more as small as it gets: it is parsed here. The tutorial on recordings has the guide's
 /// `identify` once more, and that one runs. Other tests run the like of the rest: a quick `accuracy` (`tool_accuracy`),
-/// `instruments` on one motor (`tool_reports`), a move that makes its map (`tool_identify`), and a plan
-/// (`tool_cluster`).
-const LONG: [&[&str]; 5] = [
+/// `instruments` on one motor (`tool_reports`), a move that makes its map (`tool_identify`), a plan (`tool_cluster`),
+/// and motors that are commissioned and moved (`tool_commission`).
+const LONG: [&[&str]; 6] = [
     &["accuracy"],
+    &["commission", "--trials"],
     &["identify", "run.mcap", "out/identify"],
     &["instruments"],
     &["position", "--scene", "heavy_rotor"],

@@ -29,6 +29,8 @@ pub(super) struct Effort {
     pub(super) compared_trials: u64,
     /// Moves at each tolerance, of the height-only rotor and of one that tilts.
     pub(super) tolerance_trials: [u32; 2],
+    /// Motors that are commissioned and moved: height only, and of each scene that tilts.
+    pub(super) commissioned_motors: [u64; 2],
     /// Motors of each bench of instruments, and what the names of the benches contain.
     pub(super) grid_motors: u64,
     pub(super) grid_benches: &'static str,
@@ -70,6 +72,7 @@ impl Effort {
         trials: 10_000,
         compared_trials: 200,
         tolerance_trials: [400, 20],
+        commissioned_motors: [100, 24],
         grid_motors: 20,
         grid_benches: "",
         faulty_runs: 10_000,
@@ -98,7 +101,8 @@ impl Effort {
         cost_motors: 1,
         trials: 20,
         compared_trials: 2,
-        tolerance_trials: [2, 1],
+        tolerance_trials: [2, 0],
+        commissioned_motors: [1, 0],
         grid_motors: 1,
         grid_benches: "30,000 frames/s",
         faulty_runs: 5,
@@ -119,7 +123,7 @@ impl Effort {
     ///
     /// # Errors
     /// When a setting is refused: never, unless its bounds are changed.
-    pub(super) fn scene(self) -> Result<Scene, CommandError> {
+    pub(super) fn scene(&self) -> Result<Scene, CommandError> {
         let mut scene = Scene::default();
         if let Some(time_s) = self.time_s {
             scene.set("calibrate.duration_s", time_s)?;

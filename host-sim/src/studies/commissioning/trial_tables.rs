@@ -10,7 +10,9 @@ use crate::math::paired_difference;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::report::document::{Block, Document, Table};
 use crate::report::key_figure::KeyFigure;
-use crate::studies::positioning_trials::{PositioningTrial, TrialSummary};
+use crate::report::page::PlacedValue;
+use crate::studies::beside::Beside;
+use crate::studies::positioning_trials::{PositioningTrial, TrialSummary, millidegrees};
 use crate::studies::study_report::StudyReport;
 use simulation::math::count::real;
 use simulation::math::statistics::{Spread, quantile};
@@ -32,6 +34,38 @@ struct ResonanceErrors {
 
 /// Probability of chance from which on a difference counts as not shown.
 const CHANCE: f64 = 0.05;
+
+/// The moves by both maps, of the motors of several scenes: for a page.
+pub(crate) fn page_value(scenes: &[Beside<CommissioningTrials>]) -> PlacedValue {
+    let mut table = Table::new(&[
+        "scene",
+        "map",
+        "motors",
+        "refused",
+        "failed",
+        "50 %",
+        "95 %",
+        "worst",
+        "settle s",
+        "per bound",
+        "switches",
+    ]);
+    for Beside { name, found } in scenes {
+        let [prior, own] = found.both();
+        for (map, summary, refused) in
+            [("of the design", prior, "-".to_owned()), ("of the motor", own, found.refused().to_string())]
+        {
+            let TrialSummary { trials, failures, p50_mdeg, p95_mdeg, max_mdeg, .. } = summary;
+            let mut cells = vec![name.clone(), map.to_owned(), trials.to_string(), refused];
+            cells.push(failures.to_string());
+            cells.extend([p50_mdeg, p95_mdeg, max_mdeg].map(millidegrees));
+            cells.extend([summary.median_settle_s, summary.settle_over_bound].map(|of| format!("{of:.2}")));
+            cells.push(format!("{:.0}", summary.median_switches));
+            table.push(cells);
+        }
+    }
+    ("table_commissioned", table.markdown())
+}
 
 impl CommissioningTrials {
     /// Of each pair of moves what `of` gives by the map of its own less what it gives by the other.
@@ -80,9 +114,13 @@ impl CommissioningTrials {
         counts
     }
 
+    fn refused(&self) -> usize {
+        self.trials.iter().filter(|trial| trial.refused.is_some()).count()
+    }
+
     fn verdict(&self) -> String {
         let [prior, own] = self.both();
-        let refused = self.trials.iter().filter(|trial| trial.refused.is_some()).count();
+        let refused = self.refused();
         let median_s = quantile(&mut self.times_s(), 500).unwrap_or(f64::NAN);
         format!(
             "{} motors, commissioned in {median_s:.1} s each (median), {refused} refused. Of the moves of the others \

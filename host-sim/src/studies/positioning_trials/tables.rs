@@ -28,7 +28,7 @@ fn cells(name: &str, summary: &TrialSummary) -> Vec<String> {
     cells
 }
 
-pub(super) fn millidegrees(error: f64) -> String {
+pub(crate) fn millidegrees(error: f64) -> String {
     if error < 10.0 { format!("{error:.2}") } else { format!("{error:.0}") }
 }
 
