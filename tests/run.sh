@@ -21,10 +21,9 @@ esac
 # What the background prints, and the tests' own lines, from which the summary is made.
 logs=$(mktemp -d)
 firmware_id=
-environment_id=
-qemu_id=
+core_id=
 finish() {
-    for id in $firmware_id $environment_id $qemu_id; do kill "$id" 2>/dev/null || true; done
+    for id in $firmware_id $core_id; do kill "$id" 2>/dev/null || true; done
     rm -r "$logs"
 }
 trap finish EXIT
@@ -39,7 +38,7 @@ component() {
     cargo "$1" --version >/dev/null 2>&1 || timeout 180 rustup component add "$2"
 }
 
-install_tools() {
+find_tools() {
     if ! command -v cargo >/dev/null && [[ -r $HOME/.cargo/env ]]; then
         # shellcheck source=/dev/null
         . "$HOME/.cargo/env"
@@ -67,16 +66,19 @@ install_tools() {
     needs sbatch slurm-client
     # The readers of tests/logs, in an environment of their own.
     python3 -c 'import ensurepip, venv' 2>/dev/null || packages+=(python3-venv)
+    component fmt rustfmt
+    component clippy clippy
+    rustc --version
+}
+
+install_packages() {
     if ((${#packages[@]})); then
         echo "installing ${packages[*]}"
         as_root timeout 180 apt-get -qq update
         as_root env DEBIAN_FRONTEND=noninteractive timeout 600 \
             apt-get -qq install -y --no-install-recommends "${packages[@]}" >/dev/null
+        packages=()
     fi
-    component fmt rustfmt
-    component clippy clippy
-    rustc --version
-    qemu-system-arm --version | sed -n 1p
 }
 
 # All that is for the microcontroller: its own profile has folders of its own, so that it is built while the host's code
@@ -132,7 +134,9 @@ summary() {
 }
 
 heading "tools"
-install_tools
+find_tools
+# Rust needs a linker from the start. All else is installed while the host's code is linted.
+command -v cc >/dev/null || install_packages
 
 heading "format"
 cargo fmt --all --check
@@ -148,18 +152,22 @@ if [[ $lane == quick ]]; then
     exit
 fi
 
-# The page's module has a profile, and so folders, of its own as well.
-(
-    check_firmware
-    web/build.sh
-) >"$logs/firmware" 2>&1 &
-firmware_id=$!
-
-# Downloads while the code is built; a test that finds nothing makes it itself.
 target=$(realpath "${CARGO_TARGET_DIR:-target}")
 mkdir -p "$target/tmp"
-tests/logs/environment.sh "$target/tmp/python" >"$logs/environment" 2>&1 &
-environment_id=$!
+
+# The readers of the logs are downloaded while the code is built; a test that does not find them does it itself. The
+# page's module has a profile, and so folders, of its own as well.
+(
+    install_packages
+    qemu-system-arm --version | sed -n 1p
+    environment=$target/tmp/python
+    tests/logs/environment.sh "$environment" >"$logs/environment" 2>&1 &
+    environment_id=$!
+    check_firmware
+    web/build.sh
+    wait "$environment_id" || cat "$logs/environment"
+) >"$logs/firmware" 2>&1 &
+firmware_id=$!
 
 # The command's optional parts are linted and tested by tests/soak.sh: they take as long to build as all the rest.
 heading "lints"
@@ -178,24 +186,24 @@ firmware_id=
 cat "$logs/firmware"
 ((status == 0)) || exit "$status"
 
-wait "$environment_id" || cat "$logs/environment"
-environment_id=
-
-# The emulated microcontroller and the host wait for each other: together they keep one core busy. Unit tests keep the
-# other one.
-heading "unit tests; on the emulated microcontroller"
-timed_tests qemu --test qemu -- >"$logs/qemu" 2>&1 &
-qemu_id=$!
+# The filter core without its default features shares no crate with the rest: it is built in a folder of its own, while
+# a solver of one thread is tested.
+heading "unit tests"
+cargo test --target-dir "$target/core" --package ud-filter --lib --no-default-features --features defmt,serde \
+    >"$logs/core" 2>&1 &
+core_id=$!
 timed_tests unit --lib --test instruments --
-cargo test --package ud-filter --lib --no-default-features --features defmt,serde
 cargo test "${tested[@]}" --doc
 status=0
-wait "$qemu_id" || status=$?
-qemu_id=
-cat "$logs/qemu"
+wait "$core_id" || status=$?
+core_id=
+cat "$logs/core"
 ((status == 0)) || exit "$status"
 
-# A board at a serial line keeps its time only where nothing else runs.
+# The emulated microcontroller and the host wait for each other in every tick, and a board at a serial line keeps its
+# time: nothing else runs beside them.
+heading "on the emulated microcontroller"
+timed_tests qemu --test qemu --
 heading "boards at serial lines"
 timed_tests serial --test serial --
 
