@@ -28,6 +28,14 @@ finish() {
 }
 trap finish EXIT
 
+# Waits for a job of the background, prints what it said, and ends with it where it failed.
+end_job() {
+    local status=0
+    wait "$1" || status=$?
+    cat "$2"
+    ((status == 0)) || exit "$status"
+}
+
 heading() { printf '\n== %s (%d s)\n' "$*" "$SECONDS"; }
 as_root() { if ((EUID == 0)); then "$@"; else sudo "$@"; fi; }
 
@@ -180,11 +188,8 @@ heading "tests are built"
 cargo test "${tested[@]}" --lib --tests --no-run
 
 heading "firmware builds for the microcontroller, and so does each no_std crate by itself; the page builds"
-status=0
-wait "$firmware_id" || status=$?
+end_job "$firmware_id" "$logs/firmware"
 firmware_id=
-cat "$logs/firmware"
-((status == 0)) || exit "$status"
 
 # The filter core without its default features shares no crate with the rest: it is built in a folder of its own, while
 # a solver of one thread is tested.
@@ -194,11 +199,8 @@ cargo test --target-dir "$target/core" --package ud-filter --lib --no-default-fe
 core_id=$!
 timed_tests unit --lib --test instruments --
 cargo test "${tested[@]}" --doc
-status=0
-wait "$core_id" || status=$?
+end_job "$core_id" "$logs/core"
 core_id=
-cat "$logs/core"
-((status == 0)) || exit "$status"
 
 # The emulated microcontroller and the host wait for each other in every tick, and a board at a serial line keeps its
 # time: nothing else runs beside them.
