@@ -231,6 +231,27 @@ mod tests {
         assert_eq!(found.cruises(), map().cruises());
     }
 
+    /// A motor like that of set G: its steps turn by 0.42 of the map's in the middle row, and by e^0.17 more where the
+    /// map's turn is e times as long. Rows that were not measured are on this line, within two of the standard
+    /// deviations that are stated; under one factor the shortest would be five away.
+    #[test]
+    fn law_steps_that_turn_by_less_the_shorter_they_are() {
+        let steps = map().bursts(Family::Step);
+        let middle = map().middle(Family::Step).unwrap().turn_rad;
+        let factor = |turn_rad: f32| 0.42 * (turn_rad / middle).powf(0.17);
+        let mut evidence = CommissioningEvidence::default();
+        for index in [3, 7, 10] {
+            let burst = evidence.burst_mut(Family::Step, index).unwrap();
+            burst.train = 4;
+            (0..4).for_each(|_| burst.turns.add(factor(steps[index].turn_rad), 1e-5));
+        }
+        let found = commissioned_map(map(), &evidence).unwrap();
+        for (mine, prior) in found.bursts(Family::Step).iter().zip(steps) {
+            let off_rad = mine.turn_rad - factor(prior.turn_rad) * prior.turn_rad;
+            assert!(off_rad.abs() < 2.0 * mine.motors_sd_rad, "{mine:?} {prior:?}");
+        }
+    }
+
     /// Mode B is dead: no row of it is left.
     #[test]
     fn law_a_dead_mode_has_no_rows() {

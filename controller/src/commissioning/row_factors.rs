@@ -269,7 +269,7 @@ impl RowFactors {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{Matrix3, Vector3};
+    use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
     fn row(own: f32, measured: Option<(f32, f32)>) -> RowMeasured {
         leant(own, 0.0, measured)
@@ -375,6 +375,43 @@ mod tests {
             RowFactors::of(0.04, rows.into_iter())
         };
         assert!(!of(0.2).has_other_shape() && of(0.0).has_other_shape());
+    }
+
+    /// A motor of half the level has half the slope and half the deviations: the variance of a row that was not measured,
+    /// by the conditional law of a joint normal.
+    #[test]
+    fn dual_a_slow_motor_has_less_of_a_slope() {
+        let (own, noise, spread) = (0.01_f64, 0.001_f64, 0.04_f64);
+        let levers = [-0.2_f64, 0.2];
+        let rows = levers.map(|lever| leant(0.01, lever as f32, Some((0.5, 0.001))));
+        let found = RowFactors::of(0.04, rows.into_iter()).row(&leant(0.01, -0.4, None));
+        let prior = |a: f64, b: f64| spread + 0.25 * a * b;
+        let of_measured = Matrix2::from_fn(|a, b| {
+            prior(levers[a], levers[b]) + if a == b { 0.25 * own + noise } else { 0.0 }
+        });
+        let across = Vector2::from(levers.map(|lever| prior(lever, -0.4)));
+        let known = (across.transpose() * of_measured.try_inverse().unwrap() * across)[0];
+        let variance = prior(-0.4, -0.4) + 0.25 * own - known;
+        assert!((f64::from(found.variance) / variance - 1.0).abs() < 1e-4, "{found:?} {variance}");
+    }
+
+    /// The same with a slope, by matrices in `f64`: added to the deviations it would make Q what is expected of it, as
+    /// far as weights stay the same.
+    #[test]
+    fn dual_the_variance_between_rows_leaves_out_the_slope() {
+        let rows = [(0.5_f32, -0.3_f32), (2.5, 0.0), (1.5, 0.2)]
+            .map(|(mean, lever)| leant(0.0025, lever, Some((mean, 0.0075))));
+        let factors = RowFactors::of(0.04, rows.into_iter());
+        let of_rows = Matrix3::from_fn(|i, j| {
+            f64::from(rows[i].lever) * f64::from(rows[j].lever) + if i == j { 0.01 } else { 0.0 }
+        });
+        let m = of_rows.try_inverse().unwrap();
+        let (ones, y) =
+            (Vector3::repeat(1.0), Vector3::from_fn(|i, _| f64::from(rows[i].measured.unwrap().mean)));
+        let precision = (m * ones).sum();
+        let off = y - ones * ((m * y).sum() / precision);
+        let extra = (off.dot(&(m * off)) - 2.0) / (m.trace() - (m * ones).norm_squared() / precision);
+        assert!((f64::from(factors.extra) / extra - 1.0).abs() < 1e-4, "{} {extra}", factors.extra);
     }
 
     /// 1,000 motors of the prior, by the inverse of the normal law at even places: about 1 % are told to have another
