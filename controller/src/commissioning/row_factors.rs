@@ -194,6 +194,7 @@ impl RowFactors {
         self.scale * row.own + self.extra
     }
 
+    /// What a slope of one standard deviation changes in `row` of a motor of this level.
     fn lever(&self, row: &RowMeasured) -> f32 {
         math::sqrt_f32(self.scale) * row.lever
     }
@@ -377,8 +378,8 @@ mod tests {
         assert!(!of(0.2).has_other_shape() && of(0.0).has_other_shape());
     }
 
-    /// A motor of half the level has half the slope and half the deviations: the variance of a row that was not measured,
-    /// by the conditional law of a joint normal.
+    /// A motor of half the level has half the slope and half the deviations: the variance of a row that was not
+    /// measured, by the conditional law of a joint normal.
     #[test]
     fn dual_a_slow_motor_has_less_of_a_slope() {
         let (own, noise, spread) = (0.01_f64, 0.001_f64, 0.04_f64);
