@@ -29,7 +29,7 @@
 //! 6. [`situation`]: what remains, and whether the target counts as reached.
 //! 7. [`drive_plan`]: which drive comes next.
 //! 8. [`progress_window`]: whether a cruise turns the rotor.
-//! 9. [`settling_watch`]: what becomes of the rotor once the drive is off.
+//! 9. [`settling_watch`]: what becomes of the rotor once the drive is off, and [`ring_down`] of the stator.
 //! 10. [`Positioning`]: the state machine that uses all of these.
 //! 11. [`MoveForecast`]: what a move will take, and what cannot be reached, before it starts.
 //! 12. [`TickReport`]: what a tick did.
@@ -118,6 +118,7 @@ pub mod progress_window;
 pub mod rate;
 pub mod response_map;
 pub mod rest_filter;
+pub mod ring_down;
 pub mod settling_watch;
 pub mod situation;
 mod target;

@@ -36,6 +36,7 @@ use crate::map_correction::MapCorrection;
 use crate::progress_window::{ProgressWindow, WindowOutcome};
 use crate::response_map::{Burst, Cruise, Family, ResponseMap, direction};
 use crate::rest_filter::{RestFilter, Resting};
+use crate::ring_down::RingDown;
 use crate::settling_watch::{CoastBound, SettlingWatch};
 use crate::situation::Situation;
 use crate::target::Target;
@@ -76,7 +77,8 @@ pub struct Positioning {
     /// Bursts since the rotor was last seen to be turned.
     untested: u8,
     probe: Option<Probe>,
-    /// The rotor since the drive went off.
+    /// The stator, and the rotor, since the drive went off.
+    ring_down: RingDown,
     watch: SettlingWatch,
     /// Brakes of this move.
     brakes: u8,
@@ -102,6 +104,7 @@ impl Positioning {
             untested: 0,
             wrong_ways: 0,
             probe: None,
+            ring_down: RingDown::new(map.design(), now),
             watch: SettlingWatch::new(None),
             brakes: 0,
             blind_since: None,
@@ -180,6 +183,7 @@ impl Positioning {
                 self.step(map, now, estimate, wide)
             }
         };
+        let driven = self.command().mode();
         if let Some(next) = next {
             self.phase = next;
         }
@@ -188,7 +192,11 @@ impl Positioning {
         {
             self.phase = PositioningPhase::Stopped(StopReason::TimedOut);
         }
-        self.command()
+        let command = self.command();
+        if let Some(driven) = driven.filter(|_| command.mode().is_none()) {
+            self.ring_down.begin(driven, now);
+        }
+        command
     }
 
     fn command(&self) -> DriveCommand {

@@ -1,6 +1,7 @@
 //! The closed loop of motor, instruments, filter and controller.
 
 mod law_other_instruments;
+mod law_quiet_stator;
 mod law_rate_limits;
 mod tool_calibrate;
 mod tool_commission;

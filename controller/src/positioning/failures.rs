@@ -109,7 +109,9 @@ impl Positioning {
                 return PositioningPhase::Stopped(StopReason::Stalled);
             };
             // An angle of large variance before the burst would leave the probe without an outcome.
-            if burst.turn_rad * burst.turn_rad < 2.0 * PROBE_SIGMAS * PROBE_SIGMAS * estimate.angle_rad2 {
+            let known =
+                2.0 * PROBE_SIGMAS * PROBE_SIGMAS * estimate.angle_rad2 <= burst.turn_rad * burst.turn_rad;
+            if !known || !self.ring_down.is_over(now) {
                 return self.measure(now, estimate);
             }
             self.rest.forget();

@@ -177,9 +177,10 @@ fn law_chatter_is_bounded_by_drives_and_by_the_deadline() {
         }
     }
     assert_eq!(scenario.positioning.drives, 26);
-    let mut scenario = Scenario::limited(0.0, 0.5, Limits { deadline_nanos: 1_000_000, ..Limits::default() });
+    let deadline_nanos = RING_DOWN + 1_000_000;
+    let mut scenario = Scenario::limited(0.0, 0.5, Limits { deadline_nanos, ..Limits::default() });
     scenario.sigma_mdeg = 5.0;
-    while scenario.now.nanos() <= 1_000_000 {
+    while scenario.now.nanos() <= deadline_nanos {
         scenario.rest();
     }
     assert_eq!(scenario.phase(), PositioningPhase::Stopped(StopReason::TimedOut));

@@ -44,8 +44,31 @@ fn law_a_rotor_that_turns_on_is_braked() {
         scenario.rate_rad_s = 0.0;
         assert_eq!(scenario.moving(), DriveCommand::OFF);
         assert_eq!(scenario.phase(), PositioningPhase::Settling(Wait::Turning));
+        scenario.ring_down();
         assert!(scenario.rest().mode().is_some(), "on to the target");
     }
+}
+
+/// A rotor that lies still on a stator that still rings is measured, and not driven by a burst; a cruise may begin.
+#[test]
+fn law_a_burst_begins_on_a_quiet_stator() {
+    // A nudge, then a step: 4 time constants of mode B of Table 1 are 16.04 ms.
+    let mut scenario = Scenario::new(2.0, 0.5);
+    assert_eq!(scenario.rest().mode(), Some(DriveMode::B));
+    while scenario.moving().mode().is_some() {}
+    let off_at = scenario.now;
+    scenario.mdeg = 4.0;
+    scenario.moving();
+    while scenario.rest().mode().is_none() {
+        assert!(matches!(scenario.phase(), PositioningPhase::Settling(Wait::Measuring { .. })));
+    }
+    assert_eq!(scenario.positioning.command().mode(), Some(DriveMode::C));
+    let waited_ms = 1e3 * scenario.now.seconds_since::<f64>(off_at);
+    assert!((16.0..16.1).contains(&waited_ms), "{waited_ms}");
+    // A far target meanwhile.
+    while scenario.moving().mode().is_some() {}
+    scenario.positioning.retarget(Target::try_new(90.0, 0.001).unwrap(), scenario.now);
+    assert_eq!(scenario.rest().mode(), Some(DriveMode::B));
 }
 
 /// One that no brake stops ends the move, after a bounded time and a bounded number of brakes.
@@ -128,6 +151,7 @@ fn law_an_uncertain_angle_ends_no_cruise_for_ever() {
                     scenario.positioning.decide(map(), scenario.now, Some(&estimate), Health::Good);
                 }
                 scenario.rate_rad_s = 0.0;
+                scenario.ring_down();
                 let turned_mdeg = (scenario.mdeg - from_mdeg).abs();
                 // Three standard deviations, the coast and its own spread of 3.5 degrees.
                 assert!(turned_mdeg > target_mdeg.abs() - 24e3, "{target_mdeg} {turned_mdeg}");
