@@ -10,7 +10,7 @@ use super::report::Request;
 use super::shard::ShardArgs;
 use super::{SceneArgs, progress};
 use crate::cli::CommandError;
-use crate::studies::instrument_grid::{GridMove, InstrumentGrid, InstrumentGridPlan};
+use crate::studies::instrument_grid::{GridMove, InstrumentGrid, InstrumentGridPlan, benches};
 use crate::studies::shard;
 
 #[derive(Debug, Args)]
@@ -20,7 +20,7 @@ pub(super) struct InstrumentsArgs {
     #[arg(value_parser = Count(1..=10_000), allow_negative_numbers = true)]
     motors: u64,
     /// Only benches whose name contains this
-    #[arg(long, value_name = "TEXT", default_value = "")]
+    #[arg(long, value_name = "TEXT", default_value = "", value_parser = part_of_a_name)]
     only: String,
     #[command(flatten)]
     parts: ShardArgs,
@@ -31,6 +31,16 @@ pub(super) struct InstrumentsArgs {
     publication: PublicationArgs,
     #[command(flatten)]
     scene: SceneArgs,
+}
+
+/// Refuses what is part of no bench's name.
+fn part_of_a_name(text: &str) -> Result<String, String> {
+    let benches = benches();
+    if benches.iter().any(|bench| bench.name.contains(text)) {
+        return Ok(text.to_owned());
+    }
+    let names: Vec<&str> = benches.iter().map(|bench| bench.name.as_str()).collect();
+    Err(format!("no bench has that in its name: {}", names.join(", ")))
 }
 
 impl InstrumentsArgs {

@@ -125,6 +125,8 @@ fn tool_refusals_name_key_value_bounds_and_the_nearest_key() {
     for (arguments, words) in cases {
         refuses(folder.path(), &[&["simulate"], *arguments].concat(), words);
     }
+    let named = ["--only", "30 frames/day", "no bench", "30,000 frames/s alone"];
+    refuses(folder.path(), &["instruments", "--only", "30 frames/day"], &named);
 }
 
 /// A key that a command would ignore or overwrite, in an argument and in a file: the refusal names who reads it.
