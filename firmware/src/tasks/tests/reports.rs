@@ -1,5 +1,7 @@
 //! The reports between those that come every millisecond.
 
+use core::mem;
+
 use controller::commissioning::experiment::Experiment;
 use link::{ExperimentRecord, ExperimentsConfiguration, FilterKind, RateConfiguration, RateLimitsRecord};
 
