@@ -183,7 +183,6 @@ impl Positioning {
                 self.step(map, now, estimate, wide)
             }
         };
-        let driven = self.command().mode();
         if let Some(next) = next {
             self.phase = next;
         }
@@ -193,8 +192,8 @@ impl Positioning {
             self.phase = PositioningPhase::Stopped(StopReason::TimedOut);
         }
         let command = self.command();
-        if let Some(driven) = driven.filter(|_| command.mode().is_none()) {
-            self.ring_down.begin(driven, now);
+        if let Some(mode) = command.mode() {
+            self.ring_down.drive(mode, now);
         }
         command
     }

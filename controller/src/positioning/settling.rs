@@ -69,8 +69,7 @@ impl Positioning {
         let Some(plan) = situation.plan(MotorResponse { map, correction: &corrected }) else {
             return self.measure(now, estimate);
         };
-        let rings = matches!(plan, DrivePlan::Burst(..)) && !self.ring_down.is_over(now);
-        if rings || self.waits_for_test(&plan, &situation, estimate) {
+        if self.burst_waits(&plan, &situation, now, estimate) {
             return self.measure(now, estimate);
         }
         // Only when the next drive is due, since the last burst has then been measured as well as it will be.
