@@ -122,9 +122,14 @@ impl Situation {
         EARLY_TOLERANCES.contains(&(self.sigma_rad / self.tolerance_rad))
     }
 
-    /// The next drive for a motor of that response; `None` to measure on.
-    pub fn plan(&self, motor: MotorResponse<'_>) -> Option<DrivePlan> {
+    /// The next drive for a motor of that response; `None` to measure on. Unless the stator `is_quiet`, no burst is due
+    /// ([`crate::ring_down`]), nor is one planned: that is much work for a tick.
+    pub fn plan(&self, motor: MotorResponse<'_>, is_quiet: bool) -> Option<DrivePlan> {
         if self.reached() {
+            None
+        } else if let Some(cruise) = self.cruise(motor) {
+            Some(DrivePlan::Cruise(cruise))
+        } else if !is_quiet {
             None
         } else if self.remaining_rad > if self.early() { -EARLY_BEHIND_SIGMAS * self.sigma_rad } else { 0.0 }
         {
@@ -136,11 +141,6 @@ impl Situation {
 
     fn clockwise(&self, motor: MotorResponse<'_>) -> Option<DrivePlan> {
         let remaining_rad = self.remaining_rad;
-        if remaining_rad >= motor.map.cruise_from_rad(DriveMode::B)
-            && let Some(cruise) = self.cruise(motor, DriveMode::B)
-        {
-            return Some(DrivePlan::Cruise(cruise));
-        }
         // A nudge spoils the measurement. Early on that is no loss. Later the target must lie clockwise for certain, or
         // measuring on must be of no use.
         let certain =
@@ -163,7 +163,12 @@ impl Situation {
         self.burst(motor, if nudges { Family::Nudge } else { Family::Throw }, aim_rad)
     }
 
-    fn cruise(&self, motor: MotorResponse<'_>, mode: DriveMode) -> Option<Cruise> {
+    /// The cruise that is due for a motor of that response; `None` near the target, and where bursts take its place.
+    fn cruise(&self, motor: MotorResponse<'_>) -> Option<Cruise> {
+        let mode = if self.remaining_rad > 0.0 { DriveMode::B } else { DriveMode::C };
+        if self.remaining_rad.abs() < motor.map.cruise_from_rad(mode) {
+            return None;
+        }
         motor
             .cruise_within(mode, self.amplitude_max, self.remaining_rad.abs())
             .or_else(|| motor.map.strongest_cruise(mode, self.amplitude_max))
@@ -181,11 +186,6 @@ impl Situation {
 
     fn counter_clockwise(&self, motor: MotorResponse<'_>) -> Option<DrivePlan> {
         let remaining_rad = -self.remaining_rad;
-        if remaining_rad >= motor.map.cruise_from_rad(DriveMode::C)
-            && let Some(cruise) = self.cruise(motor, DriveMode::C)
-        {
-            return Some(DrivePlan::Cruise(cruise));
-        }
         if remaining_rad >= motor.map.stride_from_rad() && self.amplitude_max >= 1.0 {
             let aim_rad = remaining_rad / (1.0 + STRIDE_SHORT_SPREADS * motor.spread(Family::Stride));
             return self.due(self.burst(motor, Family::Stride, aim_rad)?);

@@ -48,8 +48,7 @@ impl RingDown {
 
     /// The drive is on in `mode` in the tick that begins at `now`.
     ///
-    /// What is left of the other mode is over by then: a drive that is no burst begins after a coast, and lasts longer
-    /// than the ring-downs differ.
+    /// Little is left of the other mode: a cruise or a brake that begins while it rings lasts longer than that.
     pub fn drive(&mut self, mode: DriveMode, now: Time) {
         let [clockwise, counter_clockwise] = self.nanos;
         let nanos = match mode {

@@ -14,7 +14,7 @@ fn motor(correction: &MapCorrection) -> MotorResponse<'_> {
 }
 
 fn family(remaining_mdeg: f32, sigma_mdeg: f32) -> Option<Family> {
-    match situation(remaining_mdeg, sigma_mdeg).plan(motor(&MapCorrection::of(map()))) {
+    match situation(remaining_mdeg, sigma_mdeg).plan(motor(&MapCorrection::of(map())), true) {
         Some(DrivePlan::Burst(family, ..)) => Some(family),
         _ => None,
     }
@@ -35,7 +35,7 @@ fn exact_what_is_driven_for_which_distance() {
         [(90e3, DriveMode::B), (2.5e3, DriveMode::B), (-90e3, DriveMode::C), (-500.0, DriveMode::C)]
     {
         let Some(DrivePlan::Cruise(cruise)) =
-            situation(remaining_mdeg, 5.0).plan(motor(&MapCorrection::of(map())))
+            situation(remaining_mdeg, 5.0).plan(motor(&MapCorrection::of(map())), true)
         else {
             panic!("{remaining_mdeg}");
         };
@@ -47,7 +47,7 @@ fn exact_what_is_driven_for_which_distance() {
 #[test]
 fn law_steps_stay_on_the_fine_side() {
     let correction = MapCorrection::of(map());
-    let turn_mdeg = |sigma_mdeg| match situation(-2.0, sigma_mdeg).plan(motor(&correction)) {
+    let turn_mdeg = |sigma_mdeg| match situation(-2.0, sigma_mdeg).plan(motor(&correction), true) {
         Some(DrivePlan::Burst(Family::Step, _, forecast)) => 1e3 * forecast.turn_rad.to_degrees(),
         _ => 0.0,
     };
@@ -80,7 +80,7 @@ fn exact_what_is_driven_below_the_shortest_step() {
         (-0.045, Some((Family::Nudge, 1.5))),
         (-0.042, None),
     ] {
-        let found = match fine(remaining_mdeg, 0.045).plan(motor(&correction)) {
+        let found = match fine(remaining_mdeg, 0.045).plan(motor(&correction), true) {
             Some(DrivePlan::Burst(family, _, forecast)) => {
                 Some((family, 1e3 * forecast.turn_rad.to_degrees()))
             }
@@ -102,7 +102,7 @@ fn law_steps_to_a_fine_tolerance_leave_room_for_the_last() {
     for remaining_mdeg in [0.3, 0.5, 0.8, 1.5, 3.0] {
         for sigma_mdeg in [0.06, 0.1, 0.2] {
             let Some(DrivePlan::Burst(Family::Step, _, forecast)) =
-                fine(-remaining_mdeg, sigma_mdeg).plan(motor(&correction))
+                fine(-remaining_mdeg, sigma_mdeg).plan(motor(&correction), true)
             else {
                 continue;
             };
@@ -122,7 +122,7 @@ fn law_bursts_on_a_long_way_are_due_at_once() {
     (0..50).for_each(|_| learnt.learn(Family::Throw, &longest, longest.turn_rad, 0.0));
     for (remaining_mdeg, due) in [(90e3, true), (20e3, false)] {
         let slow = Situation { frame_wait_s: 1.0, ..situation(remaining_mdeg, 4e3) };
-        assert_eq!(slow.plan(motor(&learnt)).is_some(), due, "{remaining_mdeg}");
+        assert_eq!(slow.plan(motor(&learnt), true).is_some(), due, "{remaining_mdeg}");
     }
 }
 
@@ -131,7 +131,8 @@ fn law_bursts_on_a_long_way_are_due_at_once() {
 fn law_clockwise_bursts_go_beyond_and_need_certainty() {
     let correction = MapCorrection::of(map());
     for remaining_mdeg in [0.6, 3.0, 30.0, 300.0, 1900.0] {
-        let Some(DrivePlan::Burst(_, _, forecast)) = situation(remaining_mdeg, 0.2).plan(motor(&correction))
+        let Some(DrivePlan::Burst(_, _, forecast)) =
+            situation(remaining_mdeg, 0.2).plan(motor(&correction), true)
         else {
             panic!("{remaining_mdeg}");
         };
@@ -147,7 +148,8 @@ fn law_clockwise_bursts_go_beyond_and_need_certainty() {
 fn law_slow_frames_are_met_by_bursts() {
     for remaining_mdeg in [90e3, 2.5e3, -90e3, -500.0] {
         let slow = Situation { frame_wait_s: 2.0 / 60.0, ..situation(remaining_mdeg, 5.0) };
-        let Some(DrivePlan::Burst(family, burst, _)) = slow.plan(motor(&MapCorrection::of(map()))) else {
+        let Some(DrivePlan::Burst(family, burst, _)) = slow.plan(motor(&MapCorrection::of(map())), true)
+        else {
             panic!("{remaining_mdeg}");
         };
         assert!(matches!(family, Family::Throw | Family::Stride), "{family:?}");
@@ -155,10 +157,10 @@ fn law_slow_frames_are_met_by_bursts() {
     }
     for remaining_mdeg in [90e3, -90e3] {
         let faster = Situation { frame_wait_s: 2.0 / 500.0, ..situation(remaining_mdeg, 5.0) };
-        assert!(matches!(faster.plan(motor(&MapCorrection::of(map()))), Some(DrivePlan::Cruise(_))));
+        assert!(matches!(faster.plan(motor(&MapCorrection::of(map())), true), Some(DrivePlan::Cruise(_))));
         // Under a weak amplifier there are no such bursts.
         let weak = Situation { frame_wait_s: 0.1, amplitude_max: 0.7, ..situation(remaining_mdeg, 5.0) };
-        assert!(matches!(weak.plan(motor(&MapCorrection::of(map()))), Some(DrivePlan::Cruise(_))));
+        assert!(matches!(weak.plan(motor(&MapCorrection::of(map())), true), Some(DrivePlan::Cruise(_))));
     }
 }
 
@@ -170,7 +172,7 @@ fn law_a_slow_motor_eases_off_later() {
     let full = map().strongest_cruise(DriveMode::B, 1.0).unwrap();
     (0..50).for_each(|_| slow.learn_rate(&full, 0.25 * full.rate_rad_s));
     let amplitude = |remaining_mdeg, correction: &MapCorrection| {
-        let plan = situation(remaining_mdeg, 5.0).plan(motor(correction));
+        let plan = situation(remaining_mdeg, 5.0).plan(motor(correction), true);
         let Some(DrivePlan::Cruise(cruise)) = plan else { panic!("{remaining_mdeg}") };
         cruise.amplitude
     };
@@ -192,7 +194,7 @@ fn law_nothing_exceeds_the_amplitude_allowed() {
             let magnitude = 0.1 * 1.3_f32.powi(exponent);
             for remaining_mdeg in [magnitude, -magnitude] {
                 let limited = Situation { amplitude_max, ..situation(remaining_mdeg, 0.01) };
-                let amplitude = match limited.plan(motor(&correction)) {
+                let amplitude = match limited.plan(motor(&correction), true) {
                     Some(DrivePlan::Burst(_, burst, _)) => burst.amplitude,
                     Some(DrivePlan::Cruise(cruise)) => cruise.amplitude,
                     None => 0.0,

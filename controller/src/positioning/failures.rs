@@ -54,21 +54,18 @@ const PROBE_VARIANCES: f32 = 2.5;
 const PROBE_RAD: f32 = 1.75e-4;
 
 impl Positioning {
-    /// Whether `plan` is a burst that has to wait, while measuring goes on: the stator still rings; or too many bursts
-    /// had no outcome, the next would have none either, and measuring on will still improve the angle.
-    pub(super) fn burst_waits(
+    /// Whether too many bursts had no outcome, the next would have none either, and measuring on will still improve
+    /// the angle.
+    pub(super) fn waits_for_test(
         &self,
         plan: &DrivePlan,
         situation: &Situation,
-        now: Time,
         estimate: &Estimate<f32>,
     ) -> bool {
         let DrivePlan::Burst(_, _, Forecast { turn_rad, .. }) = plan else { return false };
         let testable =
             turn_rad * turn_rad > PROBE_VARIANCES * PROBE_SIGMAS * PROBE_SIGMAS * estimate.angle_rad2;
-        let untested =
-            self.untested >= UNTESTED_MAX && !testable && situation.sigma_rad > situation.sigma_enough_rad();
-        untested || !self.ring_down.is_over(now)
+        self.untested >= UNTESTED_MAX && !testable && situation.sigma_rad > situation.sigma_enough_rad()
     }
 
     /// Tests the last burst; the phase that follows, if it is not the next drive. A burst that turns far less than

@@ -66,10 +66,11 @@ impl Positioning {
             self.rest.compare(estimate);
             return PositioningPhase::Holding;
         }
-        let Some(plan) = situation.plan(MotorResponse { map, correction: &corrected }) else {
+        let motor = MotorResponse { map, correction: &corrected };
+        let Some(plan) = situation.plan(motor, self.ring_down.is_over(now)) else {
             return self.measure(now, estimate);
         };
-        if self.burst_waits(&plan, &situation, now, estimate) {
+        if self.waits_for_test(&plan, &situation, estimate) {
             return self.measure(now, estimate);
         }
         // Only when the next drive is due, since the last burst has then been measured as well as it will be.
