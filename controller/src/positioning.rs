@@ -79,6 +79,8 @@ pub struct Positioning {
     probe: Option<Probe>,
     /// The stator, and the rotor, since the drive went off.
     ring_down: RingDown,
+    /// Ticks in which a rotor at rest is measured before the next drive may be planned.
+    ticks_to_plan: u8,
     watch: SettlingWatch,
     /// Brakes of this move.
     brakes: u8,
@@ -105,6 +107,7 @@ impl Positioning {
             wrong_ways: 0,
             probe: None,
             ring_down: RingDown::new(map.design(), now),
+            ticks_to_plan: 0,
             watch: SettlingWatch::new(None),
             brakes: 0,
             blind_since: None,
@@ -122,6 +125,7 @@ impl Positioning {
         (self.drives, self.stalls, self.wrong_ways, self.untested) = (0, 0, 0, 0);
         self.probe = None;
         self.brakes = 0;
+        self.ticks_to_plan = 0;
         self.bursts_only = false;
         self.nearest_rad = f32::INFINITY;
         self.phase = if !self.tuning.limits.travel.contains(target.angle()) {
@@ -169,6 +173,7 @@ impl Positioning {
         estimate: Option<&Estimate<f32>>,
         health: Health,
     ) -> DriveCommand {
+        self.ticks_to_plan = self.ticks_to_plan.saturating_sub(1);
         // An estimate that is wide but right is not lost.
         let wide = health == Health::Unusable(Reason::Uncertain);
         let usable = estimate.filter(|_| wide || !matches!(health, Health::Unusable(_)));

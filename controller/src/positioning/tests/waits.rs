@@ -52,7 +52,7 @@ fn law_a_rotor_that_turns_on_is_braked() {
 /// A rotor that lies still on a stator that still rings is measured, and not driven by a burst; a cruise may begin.
 #[test]
 fn law_a_burst_begins_on_a_quiet_stator() {
-    // A nudge, then a step: 4 time constants of mode B of Table 1 are 16.04 ms.
+    // A nudge, then a step: 4 time constants of mode B of Table 1 are 16.04 ms, and a plan is made every 0.1 ms.
     let mut scenario = Scenario::new(2.0, 0.5);
     assert_eq!(scenario.rest().mode(), Some(DriveMode::B));
     while scenario.moving().mode().is_some() {}
@@ -64,11 +64,32 @@ fn law_a_burst_begins_on_a_quiet_stator() {
     }
     assert_eq!(scenario.positioning.command().mode(), Some(DriveMode::C));
     let waited_ms = 1e3 * scenario.now.seconds_since::<f64>(off_at);
-    assert!((16.0..16.1).contains(&waited_ms), "{waited_ms}");
+    assert!((16.0..16.15).contains(&waited_ms), "{waited_ms}");
     // A far target meanwhile.
     while scenario.moving().mode().is_some() {}
     scenario.positioning.retarget(Target::try_new(90.0, 0.001).unwrap(), scenario.now);
     assert_eq!(scenario.rest().mode(), Some(DriveMode::B));
+}
+
+/// A rotor that is measured: the next drive is planned every ten ticks, and not in between.
+#[test]
+fn exact_a_plan_is_made_every_ten_ticks() {
+    let mut scenario = Scenario::new(-2.0, 0.5);
+    scenario.sigma_mdeg = 5.0;
+    assert_eq!(scenario.rest(), DriveCommand::OFF, "the angle is not known well enough");
+    for _ in 0..7 {
+        let from = scenario.now;
+        scenario.sigma_mdeg = 5.0;
+        (0..5).for_each(|_| assert_eq!(scenario.rest(), DriveCommand::OFF));
+        scenario.sigma_mdeg = 0.1;
+        (5..9).for_each(|_| assert_eq!(scenario.rest(), DriveCommand::OFF));
+        scenario.sigma_mdeg = 5.0;
+        assert_eq!(scenario.rest(), DriveCommand::OFF);
+        assert_eq!(scenario.now.nanos_since(from), 10 * TICK);
+    }
+    scenario.sigma_mdeg = 0.1;
+    (0..9).for_each(|_| assert_eq!(scenario.rest(), DriveCommand::OFF));
+    assert_eq!(scenario.rest().mode(), Some(DriveMode::C));
 }
 
 /// One that no brake stops ends the move, after a bounded time and a bounded number of brakes.

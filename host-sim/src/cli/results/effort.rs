@@ -72,7 +72,7 @@ impl Effort {
         trials: 10_000,
         compared_trials: 200,
         tolerance_trials: [400, 20],
-        commissioned_motors: [100, 12],
+        commissioned_motors: [100, 10],
         grid_motors: 20,
         grid_benches: "",
         faulty_runs: 10_000,
