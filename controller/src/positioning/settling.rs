@@ -15,8 +15,8 @@ use crate::response_map::{ResponseMap, direction};
 use crate::rest_filter::Resting;
 use crate::settling_watch::{SettlingWatch, Shown};
 
-/// Ticks from one plan to the next, while the rotor is measured: a plan is much work for a tick, and one frame of the default
-/// camera changes it little.
+/// Ticks from one plan to the next, while the rotor is measured: a plan is much work for a tick, and one frame of the
+/// default camera changes it little.
 const TICKS_TO_PLAN: u8 = 10;
 /// Longest brake in ns: a hundred times what mode C takes to spin a rotor up.
 const BRAKE_NANOS: u64 = 500_000_000;
