@@ -69,7 +69,7 @@ impl LoopTask<'_> {
         self.ticks.ready()
     }
 
-    /// Takes bytes from the host, at most [`BYTES_PER_TICK_MAX`] a tick.
+    /// Takes bytes from the host, at most [`super::BYTES_PER_TICK_MAX`] a tick.
     pub fn receive(&mut self, bytes: &[u8], send: &mut impl FnMut(&[u8])) {
         let was_driving = self.application.is_driving();
         self.application.receive(bytes, send);

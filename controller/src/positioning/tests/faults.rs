@@ -25,6 +25,26 @@ fn law_a_stuck_rotor_is_given_up() {
     assert!(on_nanos < u64::from(FAILURES_MAX) * (crate::progress_window::WINDOW_NANOS + 10 * TICK));
 }
 
+/// The burst that probes the other mode of a stuck rotor waits for the ring-down of the drive before it: 16.04 ms after
+/// mode B, 11.38 after mode C.
+#[test]
+fn law_a_probe_begins_on_a_quiet_stator() {
+    for (target_mdeg, ring_down_ms) in [(90e3, 16.04), (-90e3, 11.38)] {
+        let mut scenario = Scenario::new(target_mdeg, 0.5);
+        let (mut driven, mut waited_ms) = (None, 0.0);
+        while !matches!(scenario.phase(), PositioningPhase::Stopped(_)) {
+            let Some(mode) = scenario.rest().mode() else { continue };
+            if let Some((_, at)) = driven.filter(|(last, _)| *last != mode) {
+                waited_ms = 1e3 * scenario.now.seconds_since::<f64>(at);
+            }
+            driven = Some((mode, scenario.now));
+        }
+        assert_eq!(scenario.phase(), PositioningPhase::Stopped(StopReason::Stalled));
+        // From the last tick of the drive.
+        assert!((0.0..0.03).contains(&(waited_ms - ring_down_ms)), "{target_mdeg} {waited_ms}");
+    }
+}
+
 /// A motor whose cruises are at a seventh of the map's rates, or a fiftieth, and its bursts at a seventh, is slow, not
 /// stuck: it arrives, at full drive for nearly all of the way.
 #[test]
