@@ -18,6 +18,8 @@
 //!
 //! The head of the crate has a table of what ends each phase.
 //!
+//! A rotor at rest is planned for every ten ticks, and a burst waits until the stator is quiet ([`crate::ring_down`]).
+//!
 //! The drive is on in `Cruise`, `Burst` and `Brake` only, and off within a tick of the loss of the estimate. What to
 //! drive is decided in [`crate::drive_plan`]; the angle at rest comes from [`crate::rest_filter`], how this motor
 //! differs from the map from [`crate::map_correction`], and whether a cruise turns the rotor from

@@ -15,7 +15,8 @@ use core::f32::consts::TAU;
 use motor_model::{DriveMode, MotorParams, Parameter, Time};
 
 /// Time constants until the stator counts as quiet: a fiftieth of its motion is left. It then changes the turn of a
-/// step by no more than what forecasts are wrong by, on all plants (`law_a_step_on_a_quiet_stator_turns_as_forecast`).
+/// step by no more than what forecasts are wrong by, in height-only motors and in those of set F
+/// (`law_a_step_on_a_quiet_stator_turns_as_forecast`). Three are too few in set F.
 const TIME_CONSTANTS: f32 = 4.0;
 
 /// The ring-down after the last drive.
