@@ -17,6 +17,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use controller::ResponseMap;
 use controller::map_correction::{LearntFactors, MapCorrection};
 use link::{BoardFault, BoardMessage, LearntRecord, SHORT_FRAME_BYTES, VERSION};
+use motor_model::Angle;
 use rustix::fs::{OFlags, fcntl_setfl};
 use serde_json::Value;
 use simulation::math::count::real;
@@ -59,7 +60,7 @@ fn explained(log: &str) -> String {
 /// Hardware in the loop: the board moves the simulated motor to its target, and the drive is off at the end. Frames and
 /// reports keep to the board's clock and fit into 70 % of the line in its time; what keeps the line alive keeps to the
 /// host's, and loads an emulated board as often as it is slower than a real one. The emulator's line takes no more
-/// frames than these.
+/// frames than these. All angles count from half a degree of the camera's: the truth would be beside them by as much.
 #[test]
 fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -78,7 +79,8 @@ fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
         let board = CabledBoard::start();
         let camera = ["--set", "camera.frame_rate_hz=2500"];
         let learning = ["--map", map.to_str().expect("a name in UTF-8"), "--learn"];
-        let run = board.run(&[&SHORT[..], &camera, &learning, &["--format", "json", "--log", log]].concat());
+        let flags = ["--zero", "0.5", "--format", "json", "--log", log];
+        let run = board.run(&[&SHORT[..], &camera, &learning, &flags].concat());
         let output = run.wait_with_output().expect("it ends");
         Starved::check(&String::from_utf8_lossy(&output.stderr))?;
         Ok((board, output))
@@ -116,6 +118,8 @@ fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
     // The map is that of the motor now: the same rows, and the factors that the board has told.
     let of_motor = std::fs::read_to_string(&map).expect("the map");
     let of_motor = parse_response_map(&of_motor, &map).expect("a map");
+    let zero = BoardMessage::Zeroed { angle_units: Angle::from_degrees(0.5).units() };
+    board.hears(|message| (*message == zero).then_some(()));
     let told = board.hears(|message| match message {
         BoardMessage::Learnt(learnt) => Some(*learnt),
         _ => None,

@@ -150,6 +150,9 @@ pub(crate) fn acknowledgement(message: &HostMessage) -> BoardMessage {
         HostMessage::Configure(_) | HostMessage::ConfigureRate(_) | HostMessage::ConfigureExperiments(_) => {
             BoardMessage::Configured
         }
+        HostMessage::Zero { angle_units: Some(angle_units) } => {
+            BoardMessage::Zeroed { angle_units: *angle_units }
+        }
         HostMessage::Keep => BoardMessage::Kept,
         HostMessage::Forget => BoardMessage::Forgotten,
         _ => BoardMessage::Described,

@@ -13,13 +13,20 @@ pub(super) struct Reader {
     /// Keys, and first words of keys: `seed`, `motor` for every `motor.*`, `estimator.assumed` for every
     /// `estimator.assumed.*`.
     reads: &'static [&'static str],
+    /// The same of this command alone, beside those that it shares with others.
+    also: &'static [&'static str],
     /// Keys, and first words of keys, whose values come from the command itself.
     overwrites: &'static [&'static str],
 }
 
 /// A command that sets no key itself.
 const fn reader(command: &'static str, reads: &'static [&'static str]) -> Reader {
-    Reader { command, reads, overwrites: &[] }
+    Reader { command, reads, also: &[], overwrites: &[] }
+}
+
+/// A command that runs a real board.
+const fn run_reader(command: &'static str, reads: &'static [&'static str]) -> Reader {
+    Reader { also: &["run"], ..reader(command, reads) }
 }
 
 /// What a recording reads. No filter runs; what is assumed of the instruments is checked with the instruments, and what
@@ -159,16 +166,16 @@ pub(super) const READERS: [Reader; 18] = [
     },
     reader("stator", &["stator", "motor"]),
     reader("pil", &BOARD),
-    reader("run", &BOARD),
+    run_reader("run", &BOARD),
     reader("jog", &JOG_READS),
     reader("self-test", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator.assumed"]),
 ];
 
 /// What `run` reads for a move.
-pub(super) const RUN_MOVE: Reader = reader("run without --deg-s", &MOVE);
+pub(super) const RUN_MOVE: Reader = run_reader("run without --deg-s", &MOVE);
 
 /// What `run` reads for a rate.
-pub(super) const RUN_RATE: Reader = reader("run --deg-s", &BOARD_RATE);
+pub(super) const RUN_RATE: Reader = run_reader("run --deg-s", &BOARD_RATE);
 
 /// What `pil` reads for a move.
 pub(super) const PIL_MOVE: Reader = reader("pil without --deg-s", &MOVE);
@@ -198,7 +205,7 @@ impl Reader {
 
     /// Whether the command reads `key`.
     pub fn reads(&self, key: &str) -> bool {
-        is_among(key, self.reads) && !is_among(key, self.overwrites)
+        (is_among(key, self.reads) || is_among(key, self.also)) && !is_among(key, self.overwrites)
     }
 
     /// Takes `key` if the command reads it.

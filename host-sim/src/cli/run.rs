@@ -26,7 +26,7 @@ use simulation::runs::record::{Observer as _, RunRecord};
 use simulation::scene::Scene;
 
 /// The flags that are names of keys.
-const KEY_FLAGS: [&str; 5] = ["--to", "--tolerance", "--deg-s", "--duration", "--filter"];
+const KEY_FLAGS: [&str; 6] = ["--to", "--tolerance", "--deg-s", "--duration", "--zero", "--filter"];
 
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
@@ -49,6 +49,9 @@ pub(super) struct RunArgs {
     /// Distance from the target that counts as reached
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     tolerance: Option<String>,
+    /// Angle of the camera from which target, limits and all angles of the run count
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    zero: Option<String>,
     /// Filter on the board: `constant_rate`, `impact_aided`, twin or best
     #[arg(long, value_name = "FILTER")]
     filter: Option<String>,
@@ -83,6 +86,7 @@ impl RunArgs {
             ("position.tolerance_deg", &self.tolerance),
             ("rate.deg_s", &self.deg_s),
             ("rate.duration_s", &self.duration),
+            ("run.zero_deg", &self.zero),
             ("estimator.filter", &self.filter),
         ];
         let scene = self.learning.map.provide(self.scene.load_for(reader, &flags)?)?;

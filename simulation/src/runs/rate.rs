@@ -85,7 +85,8 @@ pub fn run_with<B>(
 ) -> Result<ControlFlow<B, RateOutcome>, RunError> {
     let hold = RateHold::new(profile(scene)?, RateTuning::new(&assumed(scene)), Time::ZERO);
     let duration_s = scene.number("rate.duration_s");
-    let both_ways = scene.choice("rate.profile") == "both_ways";
+    let profile_name = scene.choice("rate.profile");
+    let both_ways = profile_name == "both_ways";
     let mut sums = RateSums::default();
     let mut closed_loop = closed_loop::rate(scene, hold)?;
     let mut last_angle = closed_loop.plant().rotor().angle;
@@ -106,7 +107,7 @@ pub fn run_with<B>(
         sums.reference_losses += u32::from(sums.had_reference && !has_reference);
         sums.had_reference = has_reference;
         sums.stopped = sums.stopped.or(report.stopped.map(|why| (why, time_s)));
-        if profile::settled(scene, time_s, duration_s) {
+        if profile::settled(profile_name, time_s, duration_s) {
             sums.ticks += 1.0;
             // Both ways, turns count in the direction asked for: otherwise they would cancel.
             let along = if both_ways { asked_deg_s.signum() } else { 1.0 };

@@ -81,6 +81,15 @@ pub struct Truth {
     pub tilt: Option<RotorTilt>,
 }
 
+impl Truth {
+    /// The same with angles from `zero` on.
+    #[must_use]
+    pub fn since(self, zero: Angle) -> Self {
+        let [angle, own_axis_angle] = [self.angle, self.own_axis_angle].map(|angle| angle.minus(zero));
+        Self { angle, own_axis_angle, ..self }
+    }
+}
+
 /// An impact, to the step of the plant in which it happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impact {

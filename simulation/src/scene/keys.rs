@@ -13,6 +13,7 @@ pub mod plant;
 pub mod position;
 pub mod rate;
 pub mod record;
+pub mod run;
 pub mod simulate;
 pub mod stator;
 pub mod vibrometer;
@@ -38,6 +39,7 @@ pub const TABLE_TITLES: &[(&str, &str)] = &[
     ("board", "The processor of the loop."),
     ("position", "A move to an angle."),
     ("rate", "A rate that is held, or a profile of rates."),
+    ("run", "A move or a rate on a real board."),
     ("jog", "A drive by hand, on a real board."),
     ("record", "A recording in open loop: which drives, one after the other."),
     ("calibrate", "The plan of a calibration."),

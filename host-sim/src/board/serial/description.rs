@@ -11,6 +11,7 @@
 //! the board has it already.
 
 use link::{DescriptionDigest, HostMessage, KeptDescription};
+use motor_model::Angle;
 use serde::Serialize;
 
 use super::SerialError;
@@ -45,7 +46,8 @@ pub struct DescriptionFigures {
     pub kept: bool,
 }
 
-/// Tells the board what the run needs: `messages`, of which the last is the task and the others describe the bench.
+/// Tells the board what the run needs: `messages`, of which the last is the task and the others describe the bench, and
+/// the camera's angle that is the `zero`, where there is one. A session begins with 0.
 /// `see` gets what the board kept before, where it has a place for that.
 ///
 /// # Errors
@@ -53,6 +55,7 @@ pub struct DescriptionFigures {
 pub(super) fn prepare(
     session: &mut BoardSession,
     messages: &[HostMessage],
+    zero: Option<Angle>,
     keeping: Keeping,
     see: impl FnOnce(KeptDescription),
 ) -> Result<DescriptionFigures, SerialError> {
@@ -67,7 +70,8 @@ pub(super) fn prepare(
     let is_kept = !forgets && found.is_some_and(|found| found.kept == KeptDescription::Whole { digest });
     let keeps = keeping == Keeping::Keep && !is_kept;
     let forget = forgets.then_some(HostMessage::Forget);
-    let description = description.iter().filter(|_| sent).chain(task).cloned();
+    let zero = zero.map(|zero| HostMessage::Zero { angle_units: Some(zero.units()) });
+    let description = description.iter().filter(|_| sent).chain(task).cloned().chain(zero);
     let keep = keeps.then_some(HostMessage::Keep);
     upload(session, &forget.into_iter().chain(description).chain(keep).collect::<Vec<_>>())?;
     Ok(DescriptionFigures { digest: format!("{digest:016x}"), sent, kept: is_kept || keeps })
@@ -80,7 +84,7 @@ pub(super) fn prepare(
 pub fn keep(port: &str, baud: u32, scene: &Scene) -> Result<DescriptionFigures, SerialError> {
     let messages = BoardTask::Move.preparation(scene)?;
     let mut session = BoardSession::open(port, baud)?;
-    prepare(&mut session, &messages, Keeping::Keep, |_| ())
+    prepare(&mut session, &messages, None, Keeping::Keep, |_| ())
 }
 
 /// Tells the board `messages`. The line may lose a frame or its answer: without an answer the board is told everything
@@ -108,6 +112,7 @@ fn what(message: &HostMessage) -> &'static str {
         HostMessage::MapBegin | HostMessage::MapRows(_) | HostMessage::MapEnd(_) => "the response map",
         HostMessage::ConfigureRate(_) => "the rate",
         HostMessage::ConfigureExperiments(_) => "the experiments",
+        HostMessage::Zero { .. } => "the zero",
         HostMessage::Keep => "to keep the description",
         HostMessage::Forget => "to forget its description",
         _ => "the move",

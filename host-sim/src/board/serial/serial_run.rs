@@ -8,7 +8,7 @@ use controller::PositionLoop;
 use controller::map_correction::LearntFactors;
 use estimator::CameraFrame;
 use link::{BoardFault, BoardMessage, Header, HostMessage, LdvRecords, SHORT_FRAME_BYTES, TickRecord};
-use motor_model::{DriveCommand, Time};
+use motor_model::{Angle, DriveCommand, Time};
 
 use super::SerialError;
 use super::board_pace::BoardPace;
@@ -87,10 +87,12 @@ impl SerialRun<'_> {
         let mut session = BoardSession::open(self.port, self.baud)?;
         let identity = IdentityFigures::from(session.identity()?);
         watcher.board(&identity);
-        let description = prepare(&mut session, &messages, self.keeping, |kept| watcher.kept(kept))?;
+        let zero = self.task.zero(self.scene);
+        let description = prepare(&mut session, &messages, zero, self.keeping, |kept| watcher.kept(kept))?;
         self.source.forward_to(session.sender());
         let ticks = session.arm()?;
-        let mut armed = ArmedRun::new(session, task, (identity, description), plant, ticks);
+        let mut armed =
+            ArmedRun::new(session, task, (identity, description), plant, (ticks, zero.unwrap_or_default()));
         let ending = armed.watch(self.interrupted, watcher);
         armed.end(ending)
     }
@@ -150,6 +152,8 @@ struct ArmedRun {
     records: ReportRecords,
     armed_at: i64,
     begun_ticks: u64,
+    /// The camera's angle from which the board counts.
+    zero: Angle,
     task: WatchedTask,
     last: Option<(Time, Reported)>,
     pace: BoardPace,
@@ -169,7 +173,7 @@ impl ArmedRun {
         task: WatchedTask,
         (identity, description): (IdentityFigures, DescriptionFigures),
         plant: Option<PlantInTheLoop>,
-        begun_ticks: u64,
+        (begun_ticks, zero): (u64, Angle),
     ) -> Self {
         let now = host_nanos();
         // That of the run alone, without its preparation.
@@ -182,6 +186,7 @@ impl ArmedRun {
             records: ReportRecords::new(Time::from_nanos(begun_ticks * PositionLoop::TICK_NANOS)),
             armed_at: now,
             begun_ticks,
+            zero,
             task,
             last: None,
             pace: BoardPace::new(now, begun_ticks),
@@ -274,7 +279,7 @@ impl ArmedRun {
         if let Some(plant) = &mut self.plant {
             let since = reported.since.map(|since| self.records.since_begin(since));
             plant.follow(header.ticks - self.begun_ticks, reported.applied, since);
-            (truth, impacts) = (plant.truth(), plant.take_impacts());
+            (truth, impacts) = (plant.truth().map(|truth| truth.since(self.zero)), plant.take_impacts());
             let begun_nanos = self.begun_ticks * PositionLoop::TICK_NANOS;
             for frame in plant.take_frames() {
                 let exposed_at = frame.exposed_at.plus_nanos(begun_nanos);
@@ -306,7 +311,7 @@ impl ArmedRun {
     fn send_frame(&mut self, frame: CameraFrame) -> Result<(), Early> {
         let (frame, bytes) = self.session.send_camera(frame)?;
         self.frame_bytes += bytes as u64;
-        self.records.sent(frame);
+        self.records.sent(CameraFrame { angle: frame.angle.minus(self.zero).wrapped(), ..frame });
         self.frames_sent += 1;
         Ok(())
     }
@@ -368,7 +373,7 @@ impl ArmedRun {
         learnt: Option<LearntFactors>,
     ) -> SerialOutcome {
         let (at, reported) = self.last.map_or((None, None), |(at, reported)| (Some(at), Some(reported)));
-        let truth = self.plant.as_ref().and_then(PlantInTheLoop::truth);
+        let truth = self.plant.as_ref().and_then(PlantInTheLoop::truth).map(|truth| truth.since(self.zero));
         let counters = self.session.counters();
         let now = host_nanos();
         let clock = self.session.clock().zip(self.session.shortest_nanos());

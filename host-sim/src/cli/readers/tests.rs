@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::*;
 use crate::board::pil;
-use crate::board::serial::{FrameSource, PreparedJog, PreparedSelfTest};
+use crate::board::serial::{BoardTask, FrameSource, PreparedJog, PreparedSelfTest};
 use crate::studies::beside::BesideScene;
 use crate::studies::fault_campaign::FaultCampaignPlan;
 use crate::studies::instrument_grid::InstrumentGridPlan;
@@ -74,7 +74,8 @@ fn exact_pil_reads_what_the_table_says() {
     pil::preparation(&scene).unwrap();
     position::run(&scene, |_| ()).unwrap();
     agrees_with(&PIL_MOVE, &scene);
-    // A real board does the same with the same preparation.
+    // A real board does the same with the same preparation, and counts from where it is told.
+    BoardTask::Move.zero(&scene).unwrap();
     agrees_with(&RUN_MOVE, &scene);
 }
 
@@ -89,9 +90,11 @@ fn exact_boards_read_what_the_tables_say() {
     )
     .unwrap()
     .next_tick();
+    agrees_with(&PIL_RATE, &scene);
+    BoardTask::Rate.zero(&scene).unwrap();
+    agrees_with(&RUN_RATE, &scene);
     // The table of a command is that of both.
     for (command, of_move, of_rate) in [("run", &RUN_MOVE, &RUN_RATE), ("pil", &PIL_MOVE, &PIL_RATE)] {
-        agrees_with(of_rate, &scene);
         for key in registry().map(|setting| setting.key) {
             let is_read = of_move.reads(key) || of_rate.reads(key);
             assert_eq!(Reader::named(command).reads(key), is_read, "{command} {key}");

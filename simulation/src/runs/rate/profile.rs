@@ -56,9 +56,9 @@ fn side_s(duration_s: f64) -> f64 {
     (duration_s - REST_S) / (2.0 * f64::from(STEPS_BOTH_WAYS))
 }
 
-/// Whether the rate counts as settled `time_s` after the start.
-pub(super) fn settled(scene: &Scene, time_s: f64, duration_s: f64) -> bool {
-    match scene.choice("rate.profile") {
+/// Whether the rate counts as settled `time_s` after the start, under the profile of that name.
+pub(super) fn settled(profile: &str, time_s: f64, duration_s: f64) -> bool {
+    match profile {
         "staircase" => time_s % (duration_s / f64::from(STEPS)) >= SETTLE_S,
         "both_ways" => time_s % side_s(duration_s) >= REST_S + SETTLE_S && time_s < duration_s - REST_S,
         _ => time_s >= SETTLE_S,
