@@ -74,13 +74,12 @@ fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
     before.bursts[0].value = 0.8;
     let before = ResponseMap::table_1().with_learnt(before).expect("factors that a motor has");
     let before = response_map_text(&before, &map);
+    let bench = ["--set", "camera.frame_rate_hz=2500", "--map", map.to_str().expect("a name in UTF-8")];
     let (board, Output { status, stdout, stderr }) = not_starved(|| {
         std::fs::write(&map, &before).expect("a map");
         let board = CabledBoard::start();
-        let camera = ["--set", "camera.frame_rate_hz=2500"];
-        let learning = ["--map", map.to_str().expect("a name in UTF-8"), "--learn"];
-        let flags = ["--zero", "0.5", "--format", "json", "--log", log];
-        let run = board.run(&[&SHORT[..], &camera, &learning, &flags].concat());
+        let flags = ["--learn", "--keep", "--zero", "0.5", "--format", "json", "--log", log];
+        let run = board.run(&[&SHORT[..], &bench, &flags].concat());
         let output = run.wait_with_output().expect("it ends");
         Starved::check(&String::from_utf8_lossy(&output.stderr))?;
         Ok((board, output))
@@ -111,8 +110,11 @@ fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
     // The emulator is slower than the part: so is its clock, and this is told.
     assert!(number("/clock/drift_ppm") < 0.0 && number("/clock/uncertainty_us") > 0.0, "{outcome}");
     assert!(number("/line/frames_sent") > 100.0 && number("/counters/lost_or_damaged") == 0.0, "{outcome}");
-    // Without a terminal the live view is plain lines.
-    assert!(stderr.lines().count() >= 1 && stderr.lines().all(|line| line.starts_with("time ")), "{stderr}");
+    // Without a terminal the live view is plain lines. The board keeps the map as the move has left it.
+    let lines: Vec<&str> = stderr.lines().collect();
+    let [progress @ .., kept] = &lines[..] else { panic!("{stderr}") };
+    assert!(!progress.is_empty() && progress.iter().all(|line| line.starts_with("time ")), "{stderr}");
+    assert_eq!(*kept, "note: the board keeps the map over a loss of power");
     let text = explained(log);
     assert!(text.contains("at the target") && text.contains("the run ends as it should"), "{text}");
     // The map is that of the motor now: the same rows, and the factors that the board has told.
@@ -127,6 +129,9 @@ fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
     assert_eq!(Ok(of_motor), ResponseMap::table_1().with_learnt(told.into()));
     assert_ne!(told, LearntRecord::from(prior));
     board.hears(|message| (*message == BoardMessage::Stopped).then_some(()));
+    // What it keeps is that map: the next run need not send it.
+    let again = not_starved(|| short_move(&board, &bench));
+    assert_eq!(again["description"]["sent"], false, "{again}");
 }
 
 /// Hardware in the loop: the board holds a rate of the simulated motor to its end, and says what it was by its

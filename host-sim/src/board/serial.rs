@@ -11,6 +11,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | `port` | the port: opened, or why it is not |
+//! | `port_reader` | the thread that reads it |
 //! | `line_rate` | the time that bytes take on the line, and the share of it that is in use |
 //! | [`clock`] | the board's clock by the host's, from round trips, with its uncertainty |
 //! | `board_pace` | how slow the board is by the host's clock |
@@ -48,6 +49,7 @@ mod line_rate;
 mod outcome;
 mod plant;
 mod port;
+mod port_reader;
 mod progress;
 mod report_record;
 mod self_test;

@@ -11,7 +11,7 @@ use super::publication::{Findings, PublicationArgs};
 use super::report::Request;
 use super::run::{LiveView, failed};
 use super::{MapArgs, SceneArgs, progress};
-use crate::board::serial::{self, BoardTask, FrameSource, Keeping, SerialRun, TaskFigures};
+use crate::board::serial::{BoardTask, FrameSource, Keeping, SerialRun, TaskFigures};
 use crate::cli::CommandError;
 use crate::studies::commissioning::{self, CommissioningTrials};
 use simulation::runs::commission::{self, CommissionedMotor};
@@ -86,9 +86,7 @@ impl CommissionArgs {
         publication.publish(findings, &request)?;
         // The map is written first: a board that does not keep it costs no measurement.
         if let Some(port) = port.filter(|_| self.keep) {
-            let scene = scene.with_response_map(map);
-            serial::keep(&port.port, port.baud(), &scene).map_err(|error| failed(error, None))?;
-            progress::note("note: the board keeps the map over a loss of power");
+            port.keep(&scene.with_response_map(map))?;
         }
         Ok(())
     }

@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
+use controller::ResponseMap;
 use controller::map_correction::LearntFactors;
 
 use super::{MapArgs, progress};
@@ -50,8 +51,8 @@ impl LearnArgs {
 }
 
 impl LearningMap {
-    /// Writes the map of `scene` with what was learnt, in the place of the file as it was. Without that the file stays,
-    /// and the reason is told.
+    /// Writes the map of `scene` with what was learnt, in the place of the file as it was; returns that map. Without that
+    /// the file stays, and the reason is told.
     ///
     /// # Errors
     /// When it cannot be written; the file is then as it was.
@@ -59,18 +60,19 @@ impl LearningMap {
         self,
         scene: &Scene,
         learnt: Result<LearntFactors, &'static str>,
-    ) -> Result<(), CommandError> {
+    ) -> Result<Option<ResponseMap>, CommandError> {
         let Self { path, mut output } = self;
         let learnt = match learnt {
             Ok(learnt) => learnt,
             Err(reason) => {
                 progress::note(&format!("note: {} is as it was: {reason}", path.display()));
-                return Ok(());
+                return Ok(None);
             }
         };
         let map = scene.response_map()?.with_learnt(learnt).map_err(CommandError::NotLearnt)?;
         let text = response_map_text(&map, &path);
         output.write_all(text.as_bytes()).map_err(|source| output.unwritable(source))?;
-        Ok(output.publish()?)
+        output.publish()?;
+        Ok(Some(map))
     }
 }

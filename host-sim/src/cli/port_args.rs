@@ -7,9 +7,12 @@ use std::sync::atomic::AtomicBool;
 use clap::{Args, ValueHint};
 
 use super::count::Count;
+use super::run::failed;
 use super::{interruption, progress};
-use crate::board::serial::IdentityFigures;
+use crate::board::serial::{self, IdentityFigures};
+use crate::cli::CommandError;
 use crate::report::OutputError;
+use simulation::scene::Scene;
 
 /// The port of a board.
 #[derive(Debug, Args)]
@@ -33,6 +36,16 @@ impl PortArgs {
     #[expect(clippy::cast_possible_truncation, reason = "at most 12,000,000")]
     pub fn baud(&self) -> u32 {
         self.baud as u32
+    }
+
+    /// Lets the board keep the bench of `scene`, with its map.
+    ///
+    /// # Errors
+    /// When there is no board, it has no place for a description, or refuses this one.
+    pub fn keep(&self, scene: &Scene) -> Result<(), CommandError> {
+        serial::keep(&self.port, self.baud(), scene).map_err(|error| failed(error, None))?;
+        progress::note("note: the board keeps the map over a loss of power");
+        Ok(())
     }
 
     /// What Ctrl-C sets from now on.

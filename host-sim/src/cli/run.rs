@@ -56,7 +56,8 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "FILTER")]
     filter: Option<String>,
     /// Let the board keep the description of its bench over a loss of power: instruments, motor, latency and map. A
-    /// board that keeps the very description of a run is not sent it again
+    /// board that keeps the very description of a run is not sent it again. With --learn it also keeps what the move has
+    /// learnt
     #[arg(long, conflicts_with = "forget")]
     keep: bool,
     /// Let the board forget the description that it keeps, before the run
@@ -109,11 +110,13 @@ impl RunArgs {
             Ok(outcome) => outcome,
             Err(error) => return Err(failed(error, log)),
         };
-        if let Some(learning) = learning {
+        let learnt_map = if let Some(learning) = learning {
             let reached = matches!(&outcome.task, TaskFigures::Move(made) if made.stopped.is_none());
             let learnt = outcome.learnt.ok_or("the board has not told what it has learnt");
-            learning.publish(&scene, if reached { learnt } else { Err(NOT_REACHED) })?;
-        }
+            learning.publish(&scene, if reached { learnt } else { Err(NOT_REACHED) })?
+        } else {
+            None
+        };
         let request = Request::of_scene("run", &scene).with_key_flags(&KEY_FLAGS);
         let json = result_json::of(&request, &[], &files::json_line(&outcome));
         let logged = match log {
@@ -125,7 +128,12 @@ impl RunArgs {
             }
             None => String::new(),
         };
-        Ok(files::print(&self.format.of(format!("{outcome}{logged}"), json))?)
+        files::print(&self.format.of(format!("{outcome}{logged}"), json))?;
+        // Until here the board keeps the map as it was before the move.
+        match learnt_map.filter(|_| self.keep) {
+            Some(map) => self.port.keep(&scene.with_response_map(map)),
+            None => Ok(()),
+        }
     }
 
     /// What becomes of the description that the board keeps.

@@ -1,9 +1,9 @@
 //! Frames of one session, both ways.
 //!
-//! A thread reads the port and sends what it decodes, with the time of its arrival. Frames to the board are written at
-//! most at the line's rate.
+//! A thread reads the port and sends what it decodes, with the time of its arrival ([`super::port_reader`]). Frames to
+//! the board are written at most at the line's rate.
 
-use std::io::{ErrorKind, Read, Write as _};
+use std::io::{ErrorKind, Write as _};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -12,8 +12,8 @@ use controller::map_correction::LearntFactors;
 use estimator::CameraFrame;
 use link::camera_frame::UNIT_NANOS;
 use link::{
-    BoardFault, BoardIdentity, BoardMessage, Counters, Deframer, DescriptionDigests, FRAME_BYTES_MAX,
-    FrameError, Header, HostMessage, decode, encode, encode_camera,
+    BoardFault, BoardIdentity, BoardMessage, Counters, DescriptionDigests, FRAME_BYTES_MAX, Header,
+    HostMessage, encode, encode_camera,
 };
 use motor_model::Time;
 use serialport::SerialPort;
@@ -21,6 +21,7 @@ use serialport::SerialPort;
 use super::clock::{BoardClock, ClockSync, Exchange};
 use super::frame_text::{FrameTextError, HostFrame};
 use super::line_rate::{LineLoad, LinePace};
+use super::port_reader::PortReader;
 use super::{SerialError, port};
 
 /// Time for the first answer.
@@ -59,6 +60,7 @@ pub(super) fn host_nanos() -> i64 {
 /// A session with a board.
 pub(super) struct BoardSession {
     port: Box<dyn SerialPort>,
+    _reader: PortReader,
     name: String,
     baud: u32,
     events: Receiver<Event>,
@@ -89,12 +91,13 @@ impl BoardSession {
             .map_err(|error| SerialError::Unopened { port: name.to_owned(), reason: error.description })?;
         let (to_events, events) = channel();
         let to_receiver = to_events.clone();
-        std::thread::spawn(move || forward(reader, &to_receiver));
+        let reader = PortReader::start(reader, to_receiver);
         let now = host_nanos();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "any number does")]
         let number = (now / 1_000_000) as u32;
         let mut session = Self {
             port,
+            _reader: reader,
             name: name.to_owned(),
             baud,
             events,
@@ -403,39 +406,4 @@ pub(super) fn nanos(duration: Duration) -> i64 {
 #[expect(clippy::cast_precision_loss, reason = "a month of ns is below 2^53")]
 pub(super) fn seconds(nanos: i64) -> f64 {
     nanos as f64 * 1e-9
-}
-
-/// Forwards what the port brings, until it is closed or nobody listens.
-fn forward(mut port: Box<dyn SerialPort>, to_receiver: &Sender<Event>) {
-    let (mut deframer, mut block) = (Deframer::default(), [0; 4096]);
-    let mut bytes = 0;
-    loop {
-        let length = match port.read(&mut block) {
-            Ok(0) => {
-                let _ = to_receiver.send(Event::Closed("end of the line".to_owned()));
-                return;
-            }
-            Ok(length) => length,
-            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => continue,
-            Err(error) => {
-                let _ = to_receiver.send(Event::Closed(error.to_string()));
-                return;
-            }
-        };
-        let at_nanos = host_nanos();
-        for &byte in &block[..length] {
-            bytes += 1;
-            let Some(frame) = deframer.push(byte) else { continue };
-            let event = match decode::<BoardMessage>(frame) {
-                Ok((header, message)) => Event::Board { header, message, at_nanos, bytes },
-                Err(FrameError::Version { theirs }) => Event::OtherVersion { theirs },
-                // Noise, or a frame that a restart of the board has cut short.
-                Err(_) => continue,
-            };
-            bytes = 0;
-            if to_receiver.send(event).is_err() {
-                return;
-            }
-        }
-    }
 }
