@@ -9,7 +9,7 @@ use super::count::Count;
 use super::port_args::PortArgs;
 use super::publication::{Findings, PublicationArgs};
 use super::report::Request;
-use super::run::{LiveView, failed};
+use super::run::LiveView;
 use super::{MapArgs, SceneArgs, progress};
 use crate::board::serial::{BoardTask, FrameSource, Keeping, SerialRun, TaskFigures};
 use crate::cli::CommandError;
@@ -106,7 +106,7 @@ impl CommissionArgs {
         };
         let run = run.run(&mut view);
         view.end();
-        match run.map_err(|error| failed(error, None))?.task {
+        match run?.task {
             TaskFigures::Commission(figures) => Ok(figures.motor),
             TaskFigures::Move(_) | TaskFigures::Rate(_) => unreachable!("it was asked to commission"),
         }

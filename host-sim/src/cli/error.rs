@@ -93,6 +93,12 @@ impl<E: Into<RunError>> From<E> for CommandError {
     }
 }
 
+impl From<SerialError> for CommandError {
+    fn from(error: SerialError) -> Self {
+        Self::Serial { error: Box::new(error), kept: String::new() }
+    }
+}
+
 impl CommandError {
     /// What to try instead, where there is something to say.
     pub fn hint(&self) -> Option<String> {

@@ -5,7 +5,7 @@ use clap::Args;
 use super::port_args::{PortArgs, identified};
 use super::report::Request;
 use super::{Format, MapArgs, SceneArgs, result_json};
-use crate::board::serial::{FrameSource, SerialError, SerialJog, SerialSelfTest};
+use crate::board::serial::{FrameSource, SerialJog, SerialSelfTest};
 use crate::cli::CommandError;
 use crate::report::files;
 
@@ -47,7 +47,7 @@ impl JogArgs {
             scene: &scene,
             interrupted: &interrupted,
         };
-        let outcome = jog.run(identified).map_err(serial)?;
+        let outcome = jog.run(identified)?;
         let request = Request::of_scene("jog", &scene).with_key_flags(&KEY_FLAGS);
         let json = result_json::of(&request, &[], &files::json_line(&outcome));
         Ok(files::print(&self.format.of(outcome.to_string(), json))?)
@@ -81,14 +81,10 @@ impl SelfTestArgs {
             source: &source,
             interrupted: &interrupted,
         };
-        let outcome = test.run(identified).map_err(serial)?;
+        let outcome = test.run(identified)?;
         let request = Request::of_scene("self-test", &scene);
         let json = result_json::of(&request, &[], &files::json_line(&outcome));
         files::print(&self.format.of(outcome.to_string(), json))?;
         if outcome.ok { Ok(()) } else { Err(CommandError::SelfTestFailed { failed: outcome.failed() }) }
     }
-}
-
-fn serial(error: SerialError) -> CommandError {
-    CommandError::Serial { error: Box::new(error), kept: String::new() }
 }

@@ -7,7 +7,6 @@ use std::sync::atomic::AtomicBool;
 use clap::{Args, ValueHint};
 
 use super::count::Count;
-use super::run::failed;
 use super::{interruption, progress};
 use crate::board::serial::{self, IdentityFigures};
 use crate::cli::CommandError;
@@ -43,7 +42,7 @@ impl PortArgs {
     /// # Errors
     /// When there is no board, it has no place for a description, or refuses this one.
     pub fn keep(&self, scene: &Scene) -> Result<(), CommandError> {
-        serial::keep(&self.port, self.baud(), scene).map_err(|error| failed(error, None))?;
+        serial::keep(&self.port, self.baud(), scene)?;
         progress::note("note: the board keeps the map over a loss of power");
         Ok(())
     }

@@ -155,7 +155,7 @@ impl RunArgs {
 }
 
 /// The error of a run that did not end, with what is kept of it.
-pub(super) fn failed(error: SerialError, log: Option<LogRecorder>) -> CommandError {
+fn failed(error: SerialError, log: Option<LogRecorder>) -> CommandError {
     let kept = match log.map(|log| log.finish(Ending::Interrupted)) {
         Some(Err(LogError::Interrupted { kept })) => format!("; {kept}"),
         Some(Err(error)) => return error.into(),

@@ -47,8 +47,8 @@ pub struct DescriptionFigures {
 }
 
 /// Tells the board what the run needs: `messages`, of which the last is the task and the others describe the bench, and
-/// the camera's angle that is the `zero`, where there is one. A session begins with 0.
-/// `see` gets what the board kept before, where it has a place for that.
+/// the camera's angle that is the `zero`, where there is one. A session begins with 0. `see` gets what the board kept
+/// before, where it has a place for that.
 ///
 /// # Errors
 /// When the board refuses a message, or does not answer.
