@@ -51,8 +51,8 @@ impl LearnArgs {
 }
 
 impl LearningMap {
-    /// Writes the map of `scene` with what was learnt, in the place of the file as it was; returns that map. Without that
-    /// the file stays, and the reason is told.
+    /// Writes the map of `scene` with what was learnt, in the place of the file as it was; returns that map. Without
+    /// that the file stays, and the reason is told.
     ///
     /// # Errors
     /// When it cannot be written; the file is then as it was.

@@ -56,8 +56,8 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "FILTER")]
     filter: Option<String>,
     /// Let the board keep the description of its bench over a loss of power: instruments, motor, latency and map. A
-    /// board that keeps the very description of a run is not sent it again. With --learn it also keeps what the move has
-    /// learnt
+    /// board that keeps the very description of a run is not sent it again. With --learn it also keeps what the move
+    /// has learnt
     #[arg(long, conflicts_with = "forget")]
     keep: bool,
     /// Let the board forget the description that it keeps, before the run

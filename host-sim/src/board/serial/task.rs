@@ -46,7 +46,8 @@ impl BoardTask {
         }
     }
 
-    /// The camera's angle from which the board is to count; `None` where it is not asked to: experiments have no target.
+    /// The camera's angle from which the board is to count; `None` where it is not asked to, since experiments have no
+    /// target.
     pub(crate) fn zero(self, scene: &Scene) -> Option<Angle> {
         match self {
             Self::Move | Self::Rate => Some(Angle::from_degrees(scene.number("run.zero_deg"))),
