@@ -27,7 +27,6 @@ use motor_model::{DriveMode, math};
 use crate::drive_plan::frames_follow;
 use crate::positioning::PositioningTuning;
 use crate::response_map::{Burst, Family, ResponseMap};
-use crate::situation::Situation;
 use crate::target::Limits;
 
 /// What a move will take.
@@ -113,8 +112,7 @@ impl MoveForecast {
         distance_rad: f32,
         tolerance_rad: f32,
     ) -> Result<Self, Unreachable> {
-        #[expect(clippy::cast_precision_loss, reason = "a deadline needs no more than single precision")]
-        let deadline_s = 1e-9 * limits.deadline_nanos as f32;
+        let deadline_s = limits.deadline_s();
         let tuning = PositioningTuning { limits: *limits, ..PositioningTuning::new(instruments) };
         let of = |tolerance_rad| Self::of(instruments, map, &tuning, distance_rad, tolerance_rad);
         if let Some(forecast) = of(tolerance_rad)
@@ -158,7 +156,7 @@ impl MoveForecast {
         distance_rad: f32,
         tolerance_rad: f32,
     ) -> Option<Self> {
-        let enough_rad = tuning.sigma_enough_rad(tolerance_rad);
+        let enough_rad = tuning.confidence.sigma_enough_rad(tolerance_rad);
         let enough_rad2 = enough_rad * enough_rad;
         if enough_rad2 < FLOORS * tuning.floor_rad2 {
             return None;
@@ -316,22 +314,6 @@ fn burst(map: &ResponseMap, mode: DriveMode, amplitude_max: f32, left_rad: f32) 
         })
         .reduce(|finer, coarser| if finer.0 { finer } else { coarser })
         .map(|(_, burst)| burst)
-}
-
-impl PositioningTuning {
-    /// [`Situation::sigma_enough_rad`] for a tolerance.
-    fn sigma_enough_rad(&self, tolerance_rad: f32) -> f32 {
-        let situation = Situation {
-            remaining_rad: 0.0,
-            sigma_rad: 0.0,
-            tolerance_rad,
-            confidence: self.confidence,
-            amplitude_max: self.limits.amplitude_max,
-            floor_rad2: self.floor_rad2,
-            frame_wait_s: self.frame_wait_s(),
-        };
-        situation.sigma_enough_rad()
-    }
 }
 
 impl fmt::Display for Unreachable {

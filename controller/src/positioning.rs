@@ -67,6 +67,10 @@ pub struct Positioning {
     target: Target,
     tuning: PositioningTuning,
     started_at: Time,
+    /// That of its limits, in s: a microcontroller converts 64 bits in sixty instructions.
+    deadline_s: f32,
+    /// When the move is given up.
+    deadline_at: Time,
     phase: PositioningPhase,
     rest: RestFilter,
     correction: MapCorrection,
@@ -99,6 +103,8 @@ impl Positioning {
             target,
             tuning,
             started_at: now,
+            deadline_s: tuning.limits.deadline_s(),
+            deadline_at: now,
             phase: PositioningPhase::Settling(Wait::Rest),
             rest: RestFilter::default(),
             correction: MapCorrection::of(map),
@@ -121,9 +127,12 @@ impl Positioning {
 
     /// Another target from `now` on, in any phase: a cruise goes on if it still leads to the target, a burst ends
     /// first. What was learnt is kept.
+    // One copy of it, for the smallest board's flash.
+    #[inline(never)]
     pub fn retarget(&mut self, target: Target, now: Time) {
         self.target = target;
         self.started_at = now;
+        self.deadline_at = now.plus_nanos(self.tuning.limits.deadline_nanos);
         (self.drives, self.stalls, self.wrong_ways, self.untested) = (0, 0, 0, 0);
         self.probe = None;
         self.brakes = 0;
@@ -194,7 +203,7 @@ impl Positioning {
             self.phase = next;
         }
         if !matches!(self.phase, PositioningPhase::Holding | PositioningPhase::Stopped(_))
-            && now.nanos_since(self.started_at) > self.tuning.limits.deadline_nanos
+            && now > self.deadline_at
         {
             self.phase = PositioningPhase::Stopped(StopReason::TimedOut);
         }
@@ -327,8 +336,8 @@ impl Positioning {
         if remaining_rad >= cruise.room_rad() {
             return None;
         }
-        map.cruise_within(cruise.mode, self.tuning.limits.amplitude_max, remaining_rad)
-            .filter(|weaker| weaker.amplitude < cruise.amplitude)
+        let amplitude_max = self.tuning.limits.amplitude_max;
+        map.cruise_weaker_than(cruise.amplitude, cruise.mode, amplitude_max, remaining_rad)
             .filter(|weaker| frames_follow(weaker, self.tuning.frame_wait_s()))
     }
 
@@ -394,12 +403,16 @@ impl Positioning {
         self.tuning.limits.travel.forbids(estimate.angle, direction(mode))
     }
 
+    fn tolerance_rad(&self) -> f32 {
+        self.target.tolerance().radians_since(Angle::ZERO)
+    }
+
     fn situation(&self, estimate: &Estimate<f32>) -> Situation {
         let Resting { angle, angle_rad2 } = self.rest.resting(estimate);
         Situation {
             remaining_rad: self.target.angle().radians_since(angle),
             sigma_rad: math::sqrt_f32(angle_rad2),
-            tolerance_rad: self.target.tolerance().radians_since(Angle::ZERO),
+            tolerance_rad: self.tolerance_rad(),
             confidence: self.tuning.confidence,
             amplitude_max: self.tuning.limits.amplitude_max,
             floor_rad2: self.tuning.floor_rad2,

@@ -65,7 +65,7 @@ impl ProgressWindow {
         estimate: &Estimate<f32>,
     ) -> WindowOutcome {
         let direction = if rate_rad_s < 0.0 { -1.0 } else { 1.0 };
-        let expected_rad = rate_rad_s * now.seconds_since::<f32>(self.since);
+        let expected_rad = || rate_rad_s * now.seconds_since::<f32>(self.since);
         let turned_rad = direction * estimate.angle.radians_since::<f32>(self.from);
         let limit_rad2 = SIGNIFICANT_SIGMAS * SIGNIFICANT_SIGMAS * (self.from_rad2 + estimate.angle_rad2);
         let significant = turned_rad * turned_rad > limit_rad2;
@@ -76,7 +76,7 @@ impl ProgressWindow {
             WindowOutcome::Open
         } else if significant {
             WindowOutcome::Turns(turned_rad / now.seconds_since::<f32>(self.since))
-        } else if expected_rad * expected_rad < limit_rad2 {
+        } else if expected_rad() * expected_rad() < limit_rad2 {
             WindowOutcome::Open
         } else {
             WindowOutcome::Stuck

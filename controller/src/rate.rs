@@ -205,7 +205,7 @@ fn amplitude_for(
     due: bool,
 ) -> DriveCommand {
     let along = direction(mode);
-    let mut cruises = map.cruises().iter().filter(|cruise| cruise.mode == mode);
+    let mut cruises = map.cruises_of(mode).iter();
     let Some(mut below) = cruises.next() else { return DriveCommand::OFF };
     if rate_rad_s < along * below.rate_rad_s {
         return if due {

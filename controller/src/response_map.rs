@@ -55,6 +55,8 @@ pub struct ResponseMap {
     design: MotorParams,
     /// Mode B, then mode C, each weakest first.
     cruises: Rows<Cruise, CRUISES_MAX>,
+    /// How many of them are of mode B.
+    clockwise_cruises: usize,
     /// Shortest turn first.
     bursts: PerFamily<Rows<Burst, BURSTS_MAX>>,
     step_walk_correlation: f32,
@@ -73,6 +75,18 @@ const CRUISE_FROM_RAD: [f32; 2] = [degrees(2.0), degrees(0.15)];
 /// longest walk, 0.13.
 const STRIDE_FROM_RAD: f32 = degrees(0.11);
 
+/// How many of the first of `cruises` are of mode B.
+#[inline(never)]
+const fn clockwise(cruises: &[Cruise]) -> usize {
+    let mut count = 0;
+    let mut rest = cruises;
+    while let [Cruise { mode: DriveMode::B, .. }, after @ ..] = rest {
+        count += 1;
+        rest = after;
+    }
+    count
+}
+
 const fn degrees(deg: f32) -> f32 {
     deg * (PI / 180.0)
 }
@@ -87,6 +101,7 @@ impl Default for ResponseMap {
 static TABLE_1: ResponseMap = ResponseMap {
     design: MotorParams::nominal(),
     cruises: cruise_rows(&table::CRUISES),
+    clockwise_cruises: clockwise(&table::CRUISES),
     bursts: {
         let [step, walk, stride, nudge, throw] = table::BURSTS_OF;
         PerFamily::of([
@@ -117,6 +132,17 @@ impl ResponseMap {
     /// The cruises of both modes, each weakest first.
     pub fn cruises(&self) -> &[Cruise] {
         self.cruises.as_slice()
+    }
+
+    /// The cruises of `mode`, weakest first.
+    pub fn cruises_of(&self, mode: DriveMode) -> &[Cruise] {
+        let cruises = self.cruises();
+        let (clockwise, counter_clockwise) =
+            cruises.split_at_checked(self.clockwise_cruises).unwrap_or((cruises, &[]));
+        match mode {
+            DriveMode::B => clockwise,
+            DriveMode::C => counter_clockwise,
+        }
     }
 
     /// The bursts of `family`, shortest turn first.
@@ -165,6 +191,7 @@ impl ResponseMap {
 
     /// Sets distances that are to its cruises and walks as those of Table 1 are to its own: the room of the weakest
     /// cruise of use, the turn of the longest walk. Without cruises, or without strides, they are infinite.
+    #[inline(never)]
     fn find_distances(&mut self) {
         let room_rad = |map: &Self, mode| {
             let weakest = map.cruise_within(mode, 1.0, 0.0).or_else(|| map.strongest_cruise(mode, 1.0));
@@ -222,35 +249,48 @@ impl ResponseMap {
 
     /// The strongest cruise of `mode` up to `amplitude_max`; `None` if it forbids them all.
     pub fn strongest_cruise(&self, mode: DriveMode, amplitude_max: f32) -> Option<Cruise> {
-        let mut allowed =
-            self.cruises().iter().filter(|cruise| cruise.mode == mode && cruise.amplitude <= amplitude_max);
-        allowed.next_back().copied()
+        self.cruises_of(mode).iter().rfind(|cruise| cruise.amplitude <= amplitude_max).copied()
     }
 
     /// The cruise of `mode` up to `amplitude_max` for the last `remaining_rad`: the strongest that has
     /// [`Cruise::room_rad`], or the weakest that turns nearly every motor; `None` if all of those are forbidden.
     pub fn cruise_within(&self, mode: DriveMode, amplitude_max: f32, remaining_rad: f32) -> Option<Cruise> {
-        let allowed = |cruise: &&Cruise| {
-            cruise.mode == mode && cruise.amplitude <= amplitude_max && cruise.turns_every_motor()
-        };
-        let mut chosen: Option<&Cruise> = None;
-        for cruise in self.cruises().iter().filter(allowed) {
-            if chosen.is_none() || cruise.room_rad() <= remaining_rad {
-                chosen = Some(cruise);
+        self.cruise_weaker_than(f32::INFINITY, mode, amplitude_max, remaining_rad)
+    }
+
+    /// [`Self::cruise_within`], where that is weaker than `amplitude`.
+    // One copy of it, for the smallest board's flash.
+    #[inline(never)]
+    pub fn cruise_weaker_than(
+        &self,
+        amplitude: f32,
+        mode: DriveMode,
+        amplitude_max: f32,
+        remaining_rad: f32,
+    ) -> Option<Cruise> {
+        let turns = |cruise: &&Cruise| cruise.amplitude <= amplitude_max && cruise.turns_every_motor();
+        let mut allowed = self.cruises_of(mode).iter().filter(turns);
+        // Amplitudes do not fall: where the weakest is no weaker, none is. An approach mostly ends there.
+        let mut chosen = allowed.next().filter(|weakest| weakest.amplitude < amplitude)?;
+        for cruise in allowed {
+            if cruise.room_rad() <= remaining_rad {
+                chosen = cruise;
             }
         }
-        chosen.copied()
+        Some(*chosen).filter(|chosen| chosen.amplitude < amplitude)
     }
 
     /// Turn in rad from the cut of `mode` at a rate of that magnitude until rest. Sliding grows with the square of the
     /// rate, so the coast per rate is that of the next higher rate in the table.
     pub fn coast_rad(&self, mode: DriveMode, rate_rad_s: f32) -> f32 {
-        let mut coast_s = 0.0;
-        for cruise in self.cruises().iter().filter(|cruise| cruise.mode == mode) {
-            coast_s = cruise.coast_s;
-            if direction(mode) * cruise.rate_rad_s >= rate_rad_s {
+        // From the strongest: a motor under full drive has its rate after one look.
+        let cruises = self.cruises_of(mode);
+        let mut coast_s = cruises.last().map_or(0.0, |strongest| strongest.coast_s);
+        for cruise in cruises.iter().rev() {
+            if direction(mode) * cruise.rate_rad_s < rate_rad_s {
                 break;
             }
+            coast_s = cruise.coast_s;
         }
         rate_rad_s * coast_s
     }
@@ -280,6 +320,10 @@ const fn burst_rows(rows: &[Burst]) -> Rows<Burst, BURSTS_MAX> {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
+
+    use std::vec::Vec;
+
     use super::*;
 
     fn map() -> &'static ResponseMap {
@@ -347,5 +391,39 @@ mod tests {
         assert!(map().strongest_cruise(DriveMode::C, 1.0).unwrap().amplitude > 0.99);
         assert!(map().strongest_cruise(DriveMode::C, 0.55).unwrap().amplitude <= 0.55);
         assert_eq!(map().strongest_cruise(DriveMode::B, 0.0), None);
+    }
+
+    /// Both modes, one of them alone, and none; from rest to twice the highest rate, from 0 to 100 degrees.
+    #[test]
+    fn dual_a_cruise_and_its_coast_are_those_that_a_search_of_all_rows_finds() {
+        let [b, c] = [DriveMode::B, DriveMode::C].map(|mode| map().cruises_of(mode));
+        assert_eq!([b, c].concat(), map().cruises());
+        for rows in [map().cruises(), b, c, &[]] {
+            let found = ResponseMap::try_new(*map().design(), rows, [&[]; Family::ALL.len()], 0.0).unwrap();
+            for mode in [DriveMode::B, DriveMode::C] {
+                let of_mode: Vec<&Cruise> = rows.iter().filter(|cruise| cruise.mode == mode).collect();
+                for deg_s in 0..2000_u16 {
+                    let rate_rad_s = f32::from(deg_s).to_radians();
+                    let next = of_mode.iter().find(|cruise| cruise.rate_rad_s.abs() >= rate_rad_s);
+                    let coast_s = next.or(of_mode.last()).map_or(0.0, |cruise| cruise.coast_s);
+                    let coast_rad = found.coast_rad(mode, rate_rad_s);
+                    assert_eq!(coast_rad.to_bits(), (rate_rad_s * coast_s).to_bits(), "{mode:?} {deg_s}");
+                }
+                for (limit, root) in
+                    [0.2, 0.55, 1.0].into_iter().flat_map(|x| (0..100_u16).map(move |n| (x, n)))
+                {
+                    let remaining_rad = (0.01 * f32::from(root) * f32::from(root)).to_radians();
+                    let turns = |cruise: &&&Cruise| cruise.amplitude <= limit && cruise.turns_every_motor();
+                    let has_room = |cruise: &&&Cruise| cruise.room_rad() <= remaining_rad;
+                    let roomy = of_mode.iter().filter(turns).rfind(has_room);
+                    let expected = roomy.or(of_mode.iter().find(turns)).map(|cruise| **cruise);
+                    assert_eq!(found.cruise_within(mode, limit, remaining_rad), expected);
+                    for amplitude in [0.0, 0.3, 0.5, 1.0] {
+                        let weaker = found.cruise_weaker_than(amplitude, mode, limit, remaining_rad);
+                        assert_eq!(weaker, expected.filter(|cruise| cruise.amplitude < amplitude));
+                    }
+                }
+            }
+        }
     }
 }

@@ -58,6 +58,20 @@ const ENOUGH_PART: f32 = 0.95;
 /// Assumption.
 const MEASURED_OUT_PART: f32 = 0.7;
 
+impl Confidence {
+    /// Standard deviation at which a rotor on target counts as there, in rad, with some to spare for a last step.
+    pub(crate) fn sigma_enough_rad(self, tolerance_rad: f32) -> f32 {
+        ENOUGH_PART * tolerance_rad / self.two_sided
+    }
+
+    /// Variance in rad^2, without the floor `floor_rad2`, at which a rotor on target counts as there, and the last step
+    /// is due.
+    pub(crate) fn enough_rad2(self, tolerance_rad: f32, floor_rad2: f32) -> f32 {
+        let enough_rad = self.sigma_enough_rad(tolerance_rad);
+        enough_rad * enough_rad - floor_rad2
+    }
+}
+
 impl Situation {
     /// Whether the target counts as reached: see [`Confidence`].
     pub fn reached(&self) -> bool {
@@ -66,9 +80,9 @@ impl Situation {
             && confidence.two_sided * sigma_rad <= tolerance_rad
     }
 
-    /// Standard deviation at which a rotor on target counts as there, in rad, with some to spare for a last step.
+    /// [`Confidence::sigma_enough_rad`] of its tolerance.
     pub(crate) fn sigma_enough_rad(&self) -> f32 {
-        ENOUGH_PART * self.tolerance_rad / self.confidence.two_sided
+        self.confidence.sigma_enough_rad(self.tolerance_rad)
     }
 
     /// Whether measuring on cannot end the move off target: of what measuring can still remove little is left.
@@ -79,7 +93,8 @@ impl Situation {
     /// Variance in rad^2, without the floor, at which a rotor counts as measured out; not positive if the floor is too
     /// high for the tolerance.
     fn needed_rad2(&self) -> f32 {
-        MEASURED_OUT_PART * MEASURED_OUT_PART * self.enough_rad2()
+        let Self { confidence, tolerance_rad, floor_rad2, .. } = *self;
+        MEASURED_OUT_PART * MEASURED_OUT_PART * confidence.enough_rad2(tolerance_rad, floor_rad2)
     }
 
     /// Distance in rad from the target within which measuring on ends the move: what a rotor that is measured out may
@@ -87,12 +102,6 @@ impl Situation {
     pub(crate) fn reach_rad(&self) -> f32 {
         let measured_out_rad = math::sqrt_f32(self.needed_rad2() + self.floor_rad2);
         self.tolerance_rad - self.confidence.one_sided * measured_out_rad
-    }
-
-    /// Variance in rad^2, without the floor, at which a rotor on target counts as there, and the last step is due.
-    pub(crate) fn enough_rad2(&self) -> f32 {
-        let enough_rad = self.sigma_enough_rad();
-        enough_rad * enough_rad - self.floor_rad2
     }
 }
 

@@ -122,6 +122,14 @@ pub struct Limits {
     pub drives_max: u32,
 }
 
+impl Limits {
+    /// Time after which a move is given up, in s.
+    #[expect(clippy::cast_precision_loss, reason = "a deadline needs no more than single precision")]
+    pub(crate) fn deadline_s(&self) -> f32 {
+        1e-9 * self.deadline_nanos as f32
+    }
+}
+
 impl Default for Limits {
     /// Full drive, 20 s on at a time, any angle, 60 s a move, and 400 drives that bring the rotor no
     /// nearer.

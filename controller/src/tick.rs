@@ -125,15 +125,20 @@ pub fn tick_by<F: AngleFilter<f32>, P: Sense + Drive>(
     now: Time,
     ports: &mut P,
 ) -> TickReport {
-    let acts_at = latency::acts_at(now, ports.latency_ticks());
+    let latency_ticks = ports.latency_ticks();
+    let acts_at = latency::acts_at(now, latency_ticks);
     let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, ports);
     let command = positioning.decide(map, acts_at, estimate.as_ref(), health);
     let applied = ports.drive(command);
     let phase = positioning.phase();
-    let decided = TickReport { estimate, health, camera: None, command, applied, phase };
-    let acting = in_flight.exchange(decided, ports.latency_ticks()).unwrap_or(TickReport::UNDECIDED);
-    filter.drive(now, acting.applied);
-    TickReport { camera, ..acting }
+    let mut report = TickReport { estimate, health, camera, command, applied, phase };
+    // Without a latency nothing is moved in memory.
+    if latency_ticks > 0 {
+        let acting = in_flight.exchange(report, latency_ticks).unwrap_or(TickReport::UNDECIDED);
+        report = TickReport { camera, ..acting };
+    }
+    filter.drive(now, report.applied);
+    report
 }
 
 /// The state of the rate loop, with the filter `F` that it estimates by and the response map, as in [`PositionLoop`].

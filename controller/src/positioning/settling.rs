@@ -6,7 +6,7 @@
 //! them.
 
 use estimator::{Estimate, Health};
-use motor_model::{Angle, DriveMode, Time};
+use motor_model::{DriveMode, Time};
 
 use super::{Positioning, PositioningPhase, PositioningTuning, StopReason, Wait, is_at_most};
 use crate::drive_plan::DrivePlan;
@@ -106,7 +106,7 @@ impl Positioning {
         }
         let Resting { angle, angle_rad2 } = self.rest.resting(estimate);
         let remaining_rad = self.target.angle().radians_since::<f32>(angle).abs();
-        let tolerance_rad = self.target.tolerance().radians_since(Angle::ZERO);
+        let tolerance_rad = self.tolerance_rad();
         let sigmas = self.tuning.confidence.two_sided;
         if remaining_rad > tolerance_rad && !is_at_most(remaining_rad, sigmas, angle_rad2) {
             self.retarget(self.target, now);
@@ -120,15 +120,15 @@ impl Positioning {
 
     /// At rest: measures on, or gives up where that cannot end before the deadline.
     pub(super) fn measure(&mut self, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
-        let needed_rad2 = self.situation(estimate).enough_rad2();
-        let gone_s = now.seconds_since::<f32>(self.started_at);
-        #[expect(clippy::cast_precision_loss, reason = "a deadline needs no more than single precision")]
-        let left_s = 1e-9 * self.tuning.limits.deadline_nanos as f32 - gone_s;
+        let PositioningTuning { confidence, floor_rad2, settling_window_nanos: window_nanos, .. } =
+            self.tuning;
+        let needed_rad2 = confidence.enough_rad2(self.tolerance_rad(), floor_rad2);
+        let left_s = self.deadline_s - now.seconds_since::<f32>(self.started_at);
         let Resting { angle, angle_rad2 } = self.rest.resting(estimate);
-        // Frames remove all but the floor.
-        let removable_rad2 = (angle_rad2 - self.tuning.floor_rad2).max(REMOVABLE_PART * angle_rad2);
+        // Frames remove all but the floor. Not `f32::max`, for which the microcontroller calls a function.
+        let (above_rad2, least_rad2) = (angle_rad2 - floor_rad2, REMOVABLE_PART * angle_rad2);
+        let removable_rad2 = if above_rad2 > least_rad2 { above_rad2 } else { least_rad2 };
         let resting = Resting { angle, angle_rad2: removable_rad2 };
-        let window_nanos = self.tuning.settling_window_nanos;
         let (to_go_s, in_vain) = self.watch.measure(needed_rad2, left_s, window_nanos, now, &resting);
         if in_vain {
             PositioningPhase::Stopped(StopReason::NotMeasurable)

@@ -7,8 +7,8 @@ use motor_model::{DriveMode, MotorParams};
 use crate::map_correction::LearntField;
 
 use super::{
-    BURSTS_MAX, Burst, CRUISES_MAX, Cruise, Family, PerFamily, ResponseMap, burst_rows, cruise_rows,
-    direction,
+    BURSTS_MAX, Burst, CRUISES_MAX, Cruise, Family, PerFamily, ResponseMap, burst_rows, clockwise,
+    cruise_rows, direction,
 };
 
 /// Longest burst of a map in ticks: ten seconds.
@@ -209,6 +209,7 @@ impl ResponseMap {
         Self {
             design,
             cruises: cruise_rows(&[]),
+            clockwise_cruises: 0,
             bursts: PerFamily::of([const { burst_rows(&[]) }; Family::ALL.len()]),
             step_walk_correlation: 0.0,
             cruise_from_rad: [f32::INFINITY; 2],
@@ -227,7 +228,9 @@ impl ResponseMap {
             let (place, count) = (MapPlace::Cruises, before + rows.len());
             return Err(MapError::TooMany { place, count, max: CRUISES_MAX });
         }
-        check_cruises(self.cruises.as_slice()).inspect_err(|_| self.cruises.truncate(before))
+        check_cruises(self.cruises.as_slice()).inspect_err(|_| self.cruises.truncate(before))?;
+        self.clockwise_cruises = clockwise(self.cruises.as_slice());
+        Ok(())
     }
 
     /// Appends `rows` to the bursts of `family`.

@@ -10,7 +10,8 @@ use motor_model::{Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time}
 use super::{Count, InstructionCounter, InstructionTimer, twin_step};
 use crate::parity::{LoopMemory, LoopParts, TwinInstruments, tick_parts};
 
-/// The counted operation: a tick with the instruments of [`crate::parity::LoopRun`], each with at most one measurement.
+/// The counted operation: a tick with the instruments of [`crate::parity::LoopRun`], at most one frame and two samples
+/// of the vibrometer.
 #[inline(never)]
 fn tick_once(parts: &mut LoopParts, now: Time, instruments: &mut TwinInstruments) -> TickReport {
     tick_parts(parts, now, instruments)

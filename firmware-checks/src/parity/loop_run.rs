@@ -3,7 +3,8 @@
 //!
 //! The twin simulates the motor as well, because this run compares machines and does not judge the loop. Its camera
 //! follows two marks, quantises and delivers each frame one frame late. Some frames come twice, and some are outliers,
-//! so that refusals are part of the run.
+//! so that refusals are part of the run. Its vibrometer takes two samples a tick with the noise of the default scene's:
+//! how many samples there are, and what looks like an impact, decides on the work of a tick.
 
 use core::fmt;
 
@@ -14,6 +15,8 @@ use controller::{
 use estimator::{CameraFrame, Instruments, LdvSample};
 use link::FilterKind;
 use motor_model::{Angle, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 
 use super::digest::Digest;
 use firmware::filter::SelectedFilter;
@@ -38,8 +41,17 @@ const PIXEL_UNITS: i64 = 350_546;
 /// evenly.
 const DITHER_STEPS: [u64; 2] = [529_239, 399_511];
 
-/// The vibrometer's noise: without noise, a rotor at rest is a vibrometer without signal.
-const LDV_NOISE_M_S: f32 = 1e-5;
+/// Samples of the vibrometer in a tick: 200,000 a second.
+const LDV_SAMPLES_PER_TICK: usize = 2;
+
+/// Time from one sample to the next, and step of the simulated motor.
+const SAMPLE_NANOS: u64 = PositionLoop::TICK_NANOS / LDV_SAMPLES_PER_TICK as u64;
+
+/// Largest noise of a sample, which is uniform: a standard deviation of 2e-4 m/s.
+const LDV_NOISE_MAX_M_S: f32 = 3.464e-4;
+
+/// Seed of the vibrometer's noise.
+const SEED: u64 = 1;
 
 /// Frames from one outlier to the next, and from one repeated frame to the next.
 const FRAMES_PER_OUTLIER: u64 = 97;
@@ -120,11 +132,11 @@ pub(crate) fn run_loop(
     mut observe: impl FnMut(&TickReport, &MotorState<f32>),
 ) -> Result<MotorState<f32>, OutOfBounds> {
     #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
-    let step_s = PositionLoop::TICK_NANOS as f64 * 1e-9;
+    let step_s = SAMPLE_NANOS as f64 * 1e-9;
     let setup = MotorSetup::with_step(step_s);
     let motor = Motor::<f32>::try_new(&MotorParams::nominal(), &setup)?;
     let mut state = MotorState::default();
-    let mut instruments = TwinInstruments::default();
+    let mut instruments = TwinInstruments::new();
     let mut ticks = 0;
     for target_deg in TARGETS_DEG {
         let target = Target::try_new(target_deg, TOLERANCE_DEG)?;
@@ -132,10 +144,15 @@ pub(crate) fn run_loop(
         let mut parts = build_loop(memory, kind, target, now)?;
         for _ in 0..TICKS_PER_TARGET {
             let now = Time::from_nanos(ticks * PositionLoop::TICK_NANOS);
-            instruments.measure(&state, ticks, now);
+            instruments.expose(&state, ticks, now);
             let report = tick_once(&mut parts, now, &mut instruments);
             observe(&report, &state);
-            motor.step(&mut state, report.applied);
+            let mut at = now;
+            for _ in 0..LDV_SAMPLES_PER_TICK {
+                motor.step(&mut state, report.applied);
+                at = at.plus_nanos(SAMPLE_NANOS);
+                instruments.sample_velocity(&state, at);
+            }
             ticks += 1;
         }
     }
@@ -157,20 +174,36 @@ pub(crate) fn build_loop(
 }
 
 /// Camera and vibrometer of the twin, and an amplifier without limits.
-#[derive(Default)]
 pub(crate) struct TwinInstruments {
     /// The newest frame, not yet delivered.
     exposed: Option<CameraFrame>,
     /// The frame before it, delivered and not yet read.
     arrived: Option<CameraFrame>,
-    ldv: Option<LdvSample>,
+    /// Samples not yet read, oldest first.
+    ldv: [Option<LdvSample>; LDV_SAMPLES_PER_TICK],
+    noise: Pcg32,
 }
 
 impl TwinInstruments {
-    /// Measures the twin at `now`.
-    fn measure(&mut self, state: &MotorState<f32>, ticks: u64, now: Time) {
-        let noise_m_s = if ticks.is_multiple_of(2) { LDV_NOISE_M_S } else { -LDV_NOISE_M_S };
-        self.ldv = Some(LdvSample { taken_at: now, velocity_m_s: state.rotor.velocity_m_s + noise_m_s });
+    fn new() -> Self {
+        let noise = Pcg32::seed_from_u64(SEED);
+        Self { exposed: None, arrived: None, ldv: [None; LDV_SAMPLES_PER_TICK], noise }
+    }
+
+    /// Takes a sample of the vibrometer at `now`.
+    fn sample_velocity(&mut self, state: &MotorState<f32>, now: Time) {
+        // From -1 to 1 in steps that `f32` has.
+        let [low, high, ..] = self.noise.next_u32().to_le_bytes();
+        let part = f32::from(i16::from_le_bytes([low, high])) / 32_768.0;
+        let velocity_m_s = state.rotor.velocity_m_s + LDV_NOISE_MAX_M_S * part;
+        self.ldv.rotate_left(1);
+        if let Some(newest) = self.ldv.last_mut() {
+            *newest = Some(LdvSample { taken_at: now, velocity_m_s });
+        }
+    }
+
+    /// Exposes a frame at `now`, if one is due.
+    fn expose(&mut self, state: &MotorState<f32>, ticks: u64, now: Time) {
         if !ticks.is_multiple_of(TICKS_PER_FRAME) {
             return;
         }
@@ -197,7 +230,7 @@ impl Sense for TwinInstruments {
     }
 
     fn ldv_sample(&mut self) -> Option<LdvSample> {
-        self.ldv.take()
+        self.ldv.iter_mut().find_map(Option::take)
     }
 }
 

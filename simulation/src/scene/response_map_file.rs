@@ -230,7 +230,7 @@ fn design(values: &BTreeMap<String, f64>) -> Result<MotorParams, (Option<String>
 
 /// The text of the file of `map` at `path`: JSON if it ends in `.json`, TOML otherwise.
 pub fn response_map_text(map: &ResponseMap, path: &Path) -> String {
-    let of = |mode| map.cruises().iter().filter(|cruise| cruise.mode == mode).map(Into::into).collect();
+    let of = |mode| map.cruises_of(mode).iter().map(Into::into).collect();
     let rows = |family| map.bursts(family).iter().map(Into::into).collect();
     let [step, walk, stride, nudge, throw] = Family::ALL.map(rows);
     let file = MapFile {

@@ -3,12 +3,18 @@
 use motor_model::Time;
 
 /// Time between frames, and their latency.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Intervals {
     /// Mean time from exposure to exposure, the latest weighing most, in ns; `None` before the second frame.
     mean_nanos: Option<u64>,
-    /// Age of the last frame by the filter's clock when it came, in ns.
-    latency_nanos: u64,
+    /// Time from the exposure of the last frame after which the camera is silent, in ns.
+    silent_after_nanos: u64,
+}
+
+impl Default for Intervals {
+    fn default() -> Self {
+        Self { mean_nanos: None, silent_after_nanos: u64::MAX }
+    }
 }
 
 impl Intervals {
@@ -21,20 +27,24 @@ impl Intervals {
     /// Takes in a frame that comes when the filter's clock shows `clock`. `before` is the exposure of the frame before
     /// it, if none came out of order.
     pub(super) fn take(&mut self, before: Option<Time>, exposed_at: Time, clock: Time) {
-        self.latency_nanos = if clock > exposed_at { clock.nanos_since(exposed_at) } else { 0 };
-        let Some(before) = before else { return };
-        let interval_nanos = exposed_at.nanos_since(before);
-        self.mean_nanos = Some(self.mean_nanos.map_or(interval_nanos, |mean_nanos| {
-            let counted_nanos = interval_nanos.min(mean_nanos.saturating_mul(Self::LONGEST));
-            mean_nanos - (mean_nanos >> Self::MEAN_SHIFT) + (counted_nanos >> Self::MEAN_SHIFT)
-        }));
+        if let Some(before) = before {
+            let interval_nanos = exposed_at.nanos_since(before);
+            self.mean_nanos = Some(self.mean_nanos.map_or(interval_nanos, |mean_nanos| {
+                let counted_nanos = interval_nanos.min(mean_nanos.saturating_mul(Self::LONGEST));
+                mean_nanos - (mean_nanos >> Self::MEAN_SHIFT) + (counted_nanos >> Self::MEAN_SHIFT)
+            }));
+        }
+        if let Some(mean_nanos) = self.mean_nanos {
+            let latency_nanos = clock.nanos_since(exposed_at);
+            // Right for intervals below a century.
+            self.silent_after_nanos = latency_nanos.wrapping_add(mean_nanos.wrapping_mul(5) / 2);
+        }
     }
 
     /// Whether no frame has come for two and a half of the mean intervals since `newest_at` and the latency of the last
     /// frame.
     pub(super) fn silent(&self, newest_at: Time, now: Time) -> bool {
-        let overdue_nanos = now.nanos_since(newest_at.plus_nanos(self.latency_nanos));
-        self.mean_nanos.is_some_and(|mean_nanos| overdue_nanos > 2 * mean_nanos + mean_nanos / 2)
+        now.nanos_since(newest_at) > self.silent_after_nanos
     }
 }
 

@@ -56,7 +56,7 @@ pub fn page_values(report: &CountReport, estimates: &[CycleEstimate]) -> Vec<Pla
         ("tick_twin", mean("loop_tick_twin")),
         ("twin_sample_longest", longest("twin_c_vibrometer_sample")),
         ("constant_rate_latency_at_1530", longest("loop_tick_latency_at_1530")),
-        ("impact_aided_latency_at_4320", longest("loop_tick_impact_aided_latency_at_4320")),
+        ("impact_aided_latency_at_1530", longest("loop_tick_impact_aided_latency_at_1530")),
         ("twin_latency_at_4320", longest("loop_tick_twin_latency_at_4320")),
         ("twin_latency_at_8000", longest("loop_tick_twin_latency_at_8000")),
         ("frame_over_core", frame_over_core(report)),

@@ -3,6 +3,7 @@
 //! A driven step without impact always takes the same way through the code; its target is for the longest. The core's
 //! prediction and correction are the whole of other crates' filters. A camera frame that is used takes the same, and
 //! also the time stamp, the delay and the gate. The loop's target with the twin's filter is meant for a Cortex-M7.
+//! Backlogs are held to the longest latency of a loop, each on the slowest part that its filter is meant for.
 
 use std::fmt;
 
@@ -29,8 +30,10 @@ pub struct Target {
 }
 
 /// All targets.
-pub const TARGETS: [Target; 13] = {
+pub const TARGETS: [Target; 16] = {
     use Statistic::{Max, Mean};
+    #[expect(clippy::cast_possible_truncation, reason = "it is 16")]
+    const LATENCY_TICKS_MAX: u32 = controller::LATENCY_TICKS_MAX as u32;
     const fn target(operation: &'static str, statistic: Statistic, limit: u32) -> Target {
         Target { operation, statistic, limit }
     }
@@ -48,6 +51,9 @@ pub const TARGETS: [Target; 13] = {
         target("camera_frame_used", Max, 60),
         target("loop_tick_impact_aided_and_step", Mean, 800),
         target("loop_tick_twin_and_step", Mean, 3500),
+        target("loop_tick_latency_at_1530", Max, LATENCY_TICKS_MAX),
+        target("loop_tick_impact_aided_latency_at_1530", Max, LATENCY_TICKS_MAX),
+        target("loop_tick_twin_latency_at_4320", Max, LATENCY_TICKS_MAX),
     ]
 };
 

@@ -57,9 +57,8 @@ fn of_bursts(map: &ResponseMap, command: DriveCommand, ticks: u32) -> Option<Jog
 
 fn of_cruises(map: &ResponseMap, command: DriveCommand, ticks: u32) -> Option<JogForecast> {
     let (mode, level) = (command.mode()?, command.amplitude());
-    let of_mode: Vec<&Cruise> = map.cruises().iter().filter(|cruise| cruise.mode == mode).collect();
-    let holds = |pair: &&[&Cruise]| pair[0].amplitude <= level && level <= pair[1].amplitude;
-    let pair = of_mode.windows(2).find(holds)?;
+    let holds = |pair: &&[Cruise]| pair[0].amplitude <= level && level <= pair[1].amplitude;
+    let pair = map.cruises_of(mode).windows(2).find(holds)?;
     let (from, to) = (pair[0], pair[1]);
     let part = f64::from(level - from.amplitude) / f64::from(to.amplitude - from.amplitude);
     let coast_s = between(from.coast_s, to.coast_s, part);
