@@ -224,13 +224,14 @@ pub fn tick_rate_by<F: AngleFilter<f32>, C: RateProfile, P: Sense + Drive>(
     now: Time,
     ports: &mut P,
 ) -> RateReport {
-    let acts_at = latency::acts_at(now, ports.latency_ticks());
+    let latency_ticks = ports.latency_ticks();
+    let acts_at = latency::acts_at(now, latency_ticks);
     let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, ports);
     let command = hold.decide(map, acts_at, estimate.as_ref(), health);
-    let decided = RateReport {
+    let mut report = RateReport {
         estimate,
         health,
-        camera: None,
+        camera,
         command,
         applied: ports.drive(command),
         wanted_rad_s: hold.wanted_rad_s(acts_at),
@@ -238,9 +239,12 @@ pub fn tick_rate_by<F: AngleFilter<f32>, C: RateProfile, P: Sense + Drive>(
         since: hold.since(),
         stopped: hold.stopped(),
     };
-    let acting = in_flight.exchange(decided, ports.latency_ticks()).unwrap_or(RateReport::UNDECIDED);
-    filter.drive(now, acting.applied);
-    RateReport { camera, ..acting }
+    if latency_ticks > 0 {
+        let acting = in_flight.exchange(report, latency_ticks).unwrap_or(RateReport::UNDECIDED);
+        report = RateReport { camera, ..acting };
+    }
+    filter.drive(now, report.applied);
+    report
 }
 
 /// The estimate once every measurement that arrived is fused.

@@ -64,14 +64,18 @@ pub fn tick_experiment<F: AngleFilter<f32>, P: Sense + Drive>(
     now: Time,
     ports: &mut P,
 ) -> ExperimentReport {
-    let acts_at = latency::acts_at(now, ports.latency_ticks());
+    let latency_ticks = ports.latency_ticks();
+    let acts_at = latency::acts_at(now, latency_ticks);
     let mut heard = Heard { ports: &mut *ports, experimenter: &mut *experimenter };
     let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, &mut heard);
     let command = experimenter.decide(acts_at, estimate.as_ref(), health);
     let applied = ports.drive(command);
     let phase = experimenter.phase();
-    let decided = ExperimentReport { estimate, health, camera: None, command, applied, phase };
-    let acting = in_flight.exchange(decided, ports.latency_ticks()).unwrap_or(ExperimentReport::UNDECIDED);
-    filter.drive(now, acting.applied);
-    ExperimentReport { camera, ..acting }
+    let mut report = ExperimentReport { estimate, health, camera, command, applied, phase };
+    if latency_ticks > 0 {
+        let acting = in_flight.exchange(report, latency_ticks).unwrap_or(ExperimentReport::UNDECIDED);
+        report = ExperimentReport { camera, ..acting };
+    }
+    filter.drive(now, report.applied);
+    report
 }
