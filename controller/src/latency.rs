@@ -68,7 +68,105 @@ impl<R> InFlight<R> {
 
 #[cfg(test)]
 mod tests {
+    use estimator::{
+        AngleFilter, CameraFrame, Estimate, Health, ImpactInnovation, Innovation, Instruments, LdvSample,
+        Source, Verdict,
+    };
+    use motor_model::{Angle, DriveCommand};
+
     use super::*;
+    use crate::commissioning::{ExperimentTuning, Experimenter, tick_experiment};
+    use crate::ports::{Drive, Sense};
+    use crate::positioning::PositioningTuning;
+    use crate::rate::{Profile, RateHold, RateTuning};
+    use crate::response_map::ResponseMap;
+    use crate::target::Target;
+    use crate::tick::{PositionLoop, RateLoop, tick, tick_rate};
+
+    /// A rotor at rest at angle zero, whatever is measured.
+    struct AtRest;
+
+    impl AngleFilter<f32> for AtRest {
+        fn drive(&mut self, _: Time, _: DriveCommand) {}
+
+        fn update_ldv(&mut self, _: &LdvSample) -> Option<ImpactInnovation<f32>> {
+            None
+        }
+
+        fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<f32> {
+            let (source, taken_at, verdict) = (Source::Camera, frame.exposed_at, Verdict::Used);
+            Innovation { source, taken_at, innovation_rad: 0.0, variance_rad2: 0.0, verdict }
+        }
+
+        fn estimate(&self, at: Time) -> Option<Estimate<f32>> {
+            let (angle, rate_rad_s, angle_rad2, rate_rad2_s2) = (Angle::ZERO, 0.0, 1e-12, 1e-12);
+            let (angle_rate_rad2_s, resting) = (0.0, true);
+            Some(Estimate { at, angle, rate_rad_s, angle_rad2, angle_rate_rad2_s, rate_rad2_s2, resting })
+        }
+
+        fn health(&self, _: Time) -> Health {
+            Health::Good
+        }
+    }
+
+    /// A frame in each tick, exposed in it.
+    struct Late {
+        now: Time,
+        latency_ticks: usize,
+    }
+
+    impl Sense for Late {
+        fn camera_frame(&mut self) -> Option<CameraFrame> {
+            Some(CameraFrame::new(self.now, Angle::ZERO))
+        }
+
+        fn ldv_sample(&mut self) -> Option<LdvSample> {
+            None
+        }
+    }
+
+    impl Drive for Late {
+        fn drive(&mut self, command: DriveCommand) -> DriveCommand {
+            command
+        }
+
+        fn latency_ticks(&self) -> usize {
+            self.latency_ticks
+        }
+    }
+
+    /// Whatever the latency, a tick reports the decision that acts in it, and so an estimate for it, and what became of
+    /// its own frame.
+    #[test]
+    fn law_every_loop_reports_the_decision_that_acts_and_the_frame_that_came() {
+        let map = ResponseMap::table_1();
+        for latency_ticks in [0, 1, 5, LATENCY_TICKS_MAX] {
+            let target = Target::try_new(90.0, 0.1).unwrap();
+            let mut position =
+                PositionLoop::new(AtRest, map, target, PositioningTuning::default(), Time::ZERO);
+            let hold = RateHold::new(Profile::dwell(100.0).unwrap(), RateTuning::default(), Time::ZERO);
+            let mut rate = RateLoop::new(AtRest, map, hold);
+            let tuning = ExperimentTuning::new(&Instruments::default());
+            let (mut experimenter, mut in_flight) = (Experimenter::new(tuning, Time::ZERO), InFlight::new());
+            for n in 0..50 {
+                let now = Time::from_nanos(n as u64 * TICK_NANOS);
+                let mut ports = Late { now, latency_ticks };
+                let position = tick(&mut position, now, &mut ports);
+                let rate = tick_rate(&mut rate, now, &mut ports);
+                let experiment =
+                    tick_experiment(&mut AtRest, &mut experimenter, &mut in_flight, now, &mut ports);
+                let acting = (n >= latency_ticks).then_some(now);
+                for (estimate, camera) in [
+                    (position.estimate, position.camera),
+                    (rate.estimate, rate.camera),
+                    (experiment.estimate, experiment.camera),
+                ] {
+                    assert_eq!(estimate.map(|estimate| estimate.at), acting, "{n} of {latency_ticks}");
+                    assert_eq!(camera.map(|camera| camera.taken_at), Some(now), "{n} of {latency_ticks}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn exact_a_decision_acts_after_its_latency() {
