@@ -5,7 +5,7 @@ use std::process::{Command, Output, Stdio};
 use link::{BoardFault, BoardMessage, JogReport};
 use serde_json::Value;
 
-use crate::cabled_board::{CabledBoard, Starved, not_starved};
+use crate::cabled_board::{CabledBoard, Disturbance, Starved, not_starved};
 use crate::programs::host_sim;
 use crate::{refusal, refused};
 
@@ -63,7 +63,7 @@ fn tool_jog_without_its_cable_goes_off() {
     assert_eq!(end, BoardMessage::Fault(BoardFault::HostSilent));
     let output = not_starved(|| {
         if board.is_unplugged() {
-            board.plug(None);
+            board.plug(Disturbance::default());
         }
         let output = board.command("jog", &["--duration", "0.01"]).wait_with_output().expect("it ends");
         Starved::check(&String::from_utf8_lossy(&output.stderr))?;

@@ -95,6 +95,43 @@ impl PseudoTerminal {
     }
 }
 
+/// Bytes of a cable in which a bit flips, by their numbers.
+#[derive(Clone, Copy, Default)]
+pub struct Disturbance {
+    pub to_board: &'static [usize],
+    pub from_board: &'static [usize],
+}
+
+/// One direction of a cable.
+struct Wire {
+    disturbed: &'static [usize],
+    carried: usize,
+}
+
+impl Wire {
+    fn new(disturbed: &'static [usize]) -> Self {
+        Self { disturbed, carried: 0 }
+    }
+
+    /// Carries `block`: waits as long as it takes on the line, and flips a bit of each of its disturbed bytes.
+    fn carry(&mut self, block: &mut [u8]) {
+        sleep(Duration::from_nanos(block.len() as u64 * 10_000_000_000 / u64::from(BAUD)));
+        for (number, byte) in (self.carried..).zip(&mut *block) {
+            if self.disturbed.contains(&number) {
+                // Of a byte that is not 1, no byte becomes the end of a frame.
+                *byte ^= if *byte == 1 { 2 } else { 1 };
+            }
+        }
+        self.carried += block.len();
+    }
+}
+
+/// The host's end of a cable.
+struct HostEnd {
+    terminal: File,
+    wire: Wire,
+}
+
 /// A cable in its place.
 struct Cable {
     /// The port's name, and the port held open.
@@ -111,7 +148,7 @@ pub struct CabledBoard {
     /// The board's end of the cable, while none is in its place. The emulator ends with its input.
     loose_end: Option<ChildStdin>,
     /// The host's end of the cable.
-    to_host: Arc<Mutex<Option<File>>>,
+    to_host: Arc<Mutex<Option<HostEnd>>>,
     said: Receiver<BoardMessage>,
     /// Holds the socket of the emulator's control.
     folder: TempDir,
@@ -120,21 +157,21 @@ pub struct CabledBoard {
 
 impl CabledBoard {
     pub fn start() -> Self {
-        Self::start_disturbed(None)
+        Self::start_disturbed(Disturbance::default())
     }
 
     /// A board whose time passes no faster than that of the host while it waits for the next tick. One that is not
     /// armed has little to do in a tick, and would outrun its host.
     pub fn start_in_real_time() -> Self {
-        Self::start_with(None, "on")
+        Self::start_with(Disturbance::default(), "on")
     }
 
-    /// A board whose cable flips a bit of the byte of this number to it, if of any.
-    pub fn start_disturbed(byte: Option<usize>) -> Self {
-        Self::start_with(byte, "off")
+    /// A board whose cable is disturbed.
+    pub fn start_disturbed(disturbance: Disturbance) -> Self {
+        Self::start_with(disturbance, "off")
     }
 
-    fn start_with(byte: Option<usize>, sleep: &str) -> Self {
+    fn start_with(disturbance: Disturbance, sleep: &str) -> Self {
         let alone = ONE_BOARD.lock().unwrap_or_else(PoisonError::into_inner);
         let folder = tempfile::tempdir().expect("a folder");
         let control = format!("unix:{},server=on,wait=off", folder.path().join(CONTROL).display());
@@ -164,7 +201,7 @@ impl CabledBoard {
         let mut board =
             Self { qemu, cable: None, loose_end: Some(to_qemu), to_host, said, folder, _alone: alone };
         board.put_processor_last();
-        board.plug(byte);
+        board.plug(disturbance);
         board
     }
 
@@ -188,15 +225,17 @@ impl CabledBoard {
         setpriority_process(Some(thread), NICE).expect("a thread of this user's");
     }
 
-    /// Puts a cable in its place that flips a bit of the byte of this number to the board, if of any.
-    pub fn plug(&mut self, disturbed: Option<usize>) {
+    /// Puts a cable in its place.
+    pub fn plug(&mut self, Disturbance { to_board, from_board }: Disturbance) {
         let to_qemu = self.loose_end.take().expect("no cable is in its place");
         let PseudoTerminal { end: host_side, name, port } = PseudoTerminal::open();
         let from_host = host_side.try_clone().expect("a second handle");
-        *self.to_host.lock().expect("a thread that has not panicked") = Some(host_side);
+        let host_end = HostEnd { terminal: host_side, wire: Wire::new(from_board) };
+        *self.to_host.lock().expect("a thread that has not panicked") = Some(host_end);
         let pulled = Arc::new(AtomicBool::new(false));
         let is_pulled = Arc::clone(&pulled);
-        let to_board = spawn(move || carry_to_board(from_host, to_qemu, &is_pulled, disturbed));
+        let wire = Wire::new(to_board);
+        let to_board = spawn(move || carry_to_board(from_host, to_qemu, &is_pulled, wire));
         self.cable = Some(Cable { port: (name, port), pulled, to_board });
     }
 
@@ -310,28 +349,17 @@ impl Drop for CabledBoard {
     }
 }
 
-/// Waits as long as `bytes` take on the line.
-fn pace(bytes: usize) {
-    sleep(Duration::from_nanos(bytes as u64 * 10_000_000_000 / u64::from(BAUD)));
-}
-
 /// Carries bytes until the cable is pulled; then the board's end.
 fn carry_to_board(
     mut from_host: File,
     mut to_qemu: ChildStdin,
     pulled: &AtomicBool,
-    disturbed: Option<usize>,
+    mut wire: Wire,
 ) -> ChildStdin {
-    let (mut block, mut carried) = ([0; 64], 0);
+    let mut block = [0; 64];
     while !pulled.load(Ordering::Relaxed) {
         let Ok(length) = from_host.read(&mut block) else { break };
-        pace(length);
-        if let Some(byte) = disturbed.and_then(|at: usize| block[..length].get_mut(at.checked_sub(carried)?))
-        {
-            // Of a byte that is not 1, no byte becomes the end of a frame.
-            *byte ^= if *byte == 1 { 2 } else { 1 };
-        }
-        carried += length;
+        wire.carry(&mut block[..length]);
         if to_qemu.write_all(&block[..length]).and_then(|()| to_qemu.flush()).is_err() {
             break;
         }
@@ -339,17 +367,24 @@ fn carry_to_board(
     to_qemu
 }
 
-fn carry_from_board(mut from_qemu: ChildStdout, to_host: &Mutex<Option<File>>, hear: &Sender<BoardMessage>) {
+fn carry_from_board(
+    mut from_qemu: ChildStdout,
+    to_host: &Mutex<Option<HostEnd>>,
+    hear: &Sender<BoardMessage>,
+) {
     let (mut deframer, mut block) = (Deframer::default(), [0; 64]);
     while let Ok(length @ 1..) = from_qemu.read(&mut block) {
-        if let Some(to_host) = to_host.lock().expect("a thread that has not panicked").as_mut() {
-            pace(length);
-            let _ = to_host.write_all(&block[..length]);
-        }
+        // What the board says is heard before the line disturbs it.
         for &byte in &block[..length] {
             if let Some(Ok((_, message))) = deframer.push(byte).map(decode::<BoardMessage>) {
                 let _ = hear.send(message);
             }
+        }
+        if let Some(HostEnd { terminal, wire }) =
+            to_host.lock().expect("a thread that has not panicked").as_mut()
+        {
+            wire.carry(&mut block[..length]);
+            let _ = terminal.write_all(&block[..length]);
         }
     }
 }

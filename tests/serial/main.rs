@@ -23,11 +23,13 @@ use serde_json::Value;
 use simulation::math::count::real;
 use simulation::scene::{parse_response_map, response_map_text};
 
-use cabled_board::{BAUD, CabledBoard, INSTRUMENTS, PseudoTerminal, Starved, WAIT_MAX, not_starved};
+use cabled_board::{
+    BAUD, CabledBoard, Disturbance, INSTRUMENTS, PseudoTerminal, Starved, WAIT_MAX, not_starved,
+};
 use programs::host_sim;
 
-/// A byte to the board that is within its response map, behind the instruments.
-const IN_THE_MAP: usize = 400;
+/// A cable that spoils a frame of the response map, the answer to the question whether it is late, and a later answer.
+const DISTURBED: Disturbance = Disturbance { to_board: &[400], from_board: &[200, 300] };
 
 /// A short move.
 const SHORT: [&str; 6] = ["--to", "2", "--tolerance", "0.1", "--set", "position.hold_s=0.02"];
@@ -229,16 +231,15 @@ fn tool_run_moves_by_what_the_board_has_kept_over_a_reset() {
     });
 }
 
-/// A bit that flips in the response map, as it is sent: the board does not take that frame, and the host sends all of
-/// it again.
+/// The board is told again what the line has lost, or the answer to it, and no more than that: the session goes on.
 #[test]
 fn tool_run_sends_again_what_the_board_has_not_taken() {
-    let output = not_starved(|| {
-        let board = CabledBoard::start_disturbed(Some(IN_THE_MAP));
+    let (output, said) = not_starved(|| {
+        let board = CabledBoard::start_disturbed(DISTURBED);
         let output =
             board.run(&[&SHORT[..], &["--format", "json"]].concat()).wait_with_output().expect("it ends");
         Starved::check(&String::from_utf8_lossy(&output.stderr))?;
-        Ok(output)
+        Ok((output, board.said_so_far()))
     });
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let outcome: Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
@@ -246,6 +247,11 @@ fn tool_run_sends_again_what_the_board_has_not_taken() {
     let refused = outcome.pointer("/counters/lost_or_damaged").and_then(Value::as_f64).expect("a number");
     // The frame is damaged, and missing in the sequence.
     assert!((1.0..=2.0).contains(&refused), "{outcome}");
+    let preparation = said.split(|message| *message == BoardMessage::Armed).next().unwrap_or_default();
+    let said = |wanted: fn(&BoardMessage) -> bool| preparation.iter().filter(|said| wanted(said)).count();
+    assert_eq!(said(|said| matches!(said, BoardMessage::Welcome { .. })), 1, "{preparation:?}");
+    // The host asks what is late after each of the two losses.
+    assert!(said(|said| matches!(said, BoardMessage::Counters(_))) >= 2, "{preparation:?}");
 }
 
 /// The cable is pulled while the drive is on: the command says so, the log is readable up to there, and the board
@@ -272,7 +278,7 @@ fn tool_run_without_its_cable_ends_with_its_log() {
     // A busy machine may starve the board, but not twice in a row for ever.
     let output = not_starved(|| {
         if board.is_unplugged() {
-            board.plug(None);
+            board.plug(Disturbance::default());
         }
         let output = board.run(&SHORT).wait_with_output().expect("it ends");
         Starved::check(&String::from_utf8_lossy(&output.stderr))?;

@@ -10,7 +10,7 @@
 //! A board begins a session with the description that it keeps. Where its digest is that of the scene's description,
 //! the board has it already.
 
-use link::{DescriptionDigest, HostMessage, KeptDescription};
+use link::{BoardFault, DescriptionDigest, HostMessage, KeptDescription};
 use motor_model::Angle;
 use serde::Serialize;
 
@@ -20,8 +20,8 @@ use super::task::BoardTask;
 use crate::board::pil::acknowledgement;
 use simulation::scene::Scene;
 
-/// Times that the board is told what the run needs, before the host gives up.
-const UPLOADS_MAX: u32 = 3;
+/// Messages that the line may lose, or their answers, before the host gives up.
+const LOSSES_MAX: u32 = 8;
 
 /// What becomes of the description that the board keeps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -87,20 +87,39 @@ pub fn keep(port: &str, baud: u32, scene: &Scene) -> Result<DescriptionFigures, 
     prepare(&mut session, &messages, None, Keeping::Keep, |_| ())
 }
 
-/// Tells the board `messages`. The line may lose a frame or its answer: without an answer the board is told everything
-/// again, at most [`UPLOADS_MAX`] times in all.
+/// Tells the board `messages`. The line may lose a frame or its answer: the board is told it again. One that has
+/// started anew is told everything again.
 pub(super) fn upload(session: &mut BoardSession, messages: &[HostMessage]) -> Result<(), SerialError> {
-    let mut uploads = 1;
-    loop {
-        let told = messages
-            .iter()
-            .try_for_each(|message| session.ask(message, what(message), &acknowledgement(message)));
-        match told {
-            Err(SerialError::Unanswered { .. }) if uploads < UPLOADS_MAX => session.hello()?,
-            told => return told,
+    let (mut next, mut losses) = (0, 0);
+    while let Some(message) = messages.get(next) {
+        match session.ask(message, what(message), &acknowledgement(message)) {
+            Ok(()) => {
+                next += 1;
+                continue;
+            }
+            Err(SerialError::Unanswered { .. }) if losses < LOSSES_MAX => next = told_again(messages, next),
+            Err(SerialError::Refused { fault: BoardFault::UnknownSession { .. }, .. })
+                if losses < LOSSES_MAX =>
+            {
+                session.hello()?;
+                next = 0;
+            }
+            Err(error) => return Err(error),
         }
-        uploads += 1;
+        losses += 1;
     }
+    Ok(())
+}
+
+/// Where the board is told again, when message `lost` or its answer was lost: the message itself, but of a response map
+/// its beginning. Rows are put after those that came before, so rows that the board has would come twice.
+fn told_again(messages: &[HostMessage], lost: usize) -> usize {
+    let part = messages.get(lost);
+    if !matches!(part, Some(HostMessage::MapRows(_) | HostMessage::MapLearnt(_) | HostMessage::MapEnd(_))) {
+        return lost;
+    }
+    let before = messages.get(..lost).unwrap_or_default();
+    before.iter().rposition(|message| *message == HostMessage::MapBegin).unwrap_or(lost)
 }
 
 /// What a message is, for its refusal.
@@ -116,5 +135,29 @@ fn what(message: &HostMessage) -> &'static str {
         HostMessage::Keep => "to keep the description",
         HostMessage::Forget => "to forget its description",
         _ => "the move",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use controller::ResponseMap;
+    use estimator::Instruments;
+    use link::description_messages;
+    use motor_model::{MotorParams, Parameter};
+
+    use super::*;
+
+    /// Of the map everything from its beginning, of all else the message alone.
+    #[test]
+    fn exact_a_lost_message_is_told_again_and_a_map_from_its_beginning() {
+        let design = MotorParams::nominal().with(Parameter::ModeBFrequency, 6250.0).unwrap();
+        let map = ResponseMap::table_1();
+        let messages: Vec<HostMessage> =
+            description_messages(&design, Instruments::default(), 3, Some(map)).collect();
+        let begin = messages.iter().position(|message| *message == HostMessage::MapBegin).unwrap();
+        assert_eq!(begin, 4);
+        for lost in 0..messages.len() {
+            assert_eq!(told_again(&messages, lost), lost.min(begin), "{lost}");
+        }
     }
 }

@@ -30,6 +30,8 @@ const FIRST_ANSWER_MAX: Duration = Duration::from_secs(2);
 const HELLO_EVERY: Duration = Duration::from_millis(250);
 /// Time for any other answer. A filter takes some ms to build, on an emulated board up to a second.
 const ANSWER_MAX: Duration = Duration::from_secs(3);
+/// Time after which the board is asked something else, to see whether an answer is late, or was lost.
+const LATE_AFTER: Duration = Duration::from_millis(250);
 /// Stops that are sent before the host gives up, and the time for the answer to each.
 const STOPS_MAX: usize = 3;
 const STOP_ANSWER_MAX: Duration = Duration::from_secs(1);
@@ -319,18 +321,34 @@ impl BoardSession {
         }
     }
 
-    /// Sends `message` and waits for its answer, which is `expected`.
+    /// Sends `message` and waits for its answer, which is `expected`. The board answers in order: where it answers a
+    /// later question, and not this one, the line has lost the frame or its answer.
     ///
     /// # Errors
-    /// When the board refuses it, or does not answer.
+    /// [`SerialError::Unanswered`] when it was lost, or the board is silent; when the board refuses it.
     pub(super) fn ask(
         &mut self,
         message: &HostMessage,
         what: &'static str,
         expected: &BoardMessage,
     ) -> Result<(), SerialError> {
+        let is_answer = |answer: &BoardMessage| answer == expected;
+        let is_later_answer = |answer: &BoardMessage| matches!(answer, BoardMessage::Counters(_));
         self.send(message)?;
-        self.answer(what, |answer| answer == expected).map(|_| ())
+        // A board whose flash works hears no questions.
+        let works = matches!(message, HostMessage::Keep | HostMessage::Forget);
+        match self.answer_within(if works { ANSWER_MAX } else { LATE_AFTER }, what, is_answer) {
+            Err(SerialError::Unanswered { .. }) if !works => {}
+            answered => return answered.map(|_| ()),
+        }
+        self.send(&HostMessage::Count)?;
+        let (_, answer) = self.answer(what, |answer| is_answer(answer) || is_later_answer(answer))?;
+        if is_later_answer(&answer) {
+            return Err(SerialError::Unanswered { what, waited_s: LATE_AFTER.as_secs_f64() });
+        }
+        // The next message has to find the line without that answer. It may be lost.
+        let _ = self.answer_within(LATE_AFTER, what, is_later_answer);
+        Ok(())
     }
 
     /// Waits for the answer to [`Self::ask_time_unarmed`]; the board's count of ticks then.
@@ -347,7 +365,16 @@ impl BoardSession {
         what: &'static str,
         is_answer: impl Fn(&BoardMessage) -> bool,
     ) -> Result<(Header, BoardMessage), SerialError> {
-        let deadline = host_nanos() + nanos(ANSWER_MAX);
+        self.answer_within(ANSWER_MAX, what, is_answer)
+    }
+
+    fn answer_within(
+        &mut self,
+        time: Duration,
+        what: &'static str,
+        is_answer: impl Fn(&BoardMessage) -> bool,
+    ) -> Result<(Header, BoardMessage), SerialError> {
+        let deadline = host_nanos() + nanos(time);
         while let Some(event) = self.next_event_until(deadline) {
             match event {
                 Event::Board { header, message, .. } if is_answer(&message) => {
@@ -360,7 +387,7 @@ impl BoardSession {
                 _ => {}
             }
         }
-        Err(SerialError::Unanswered { what, waited_s: ANSWER_MAX.as_secs_f64() })
+        Err(SerialError::Unanswered { what, waited_s: time.as_secs_f64() })
     }
 
     /// Stops the drive; whether the board has acknowledged it. What comes in the meantime is passed over.
