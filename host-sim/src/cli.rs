@@ -70,7 +70,7 @@ use import::ImportArgs;
 use instruments::InstrumentsArgs;
 use jog::{JogArgs, SelfTestArgs};
 use keys::KeysArgs;
-use microcontroller::{InstructionsArgs, SizeArgs};
+use microcontroller::{InstructionsArgs, PartsArgs, SizeArgs};
 use open_loop::{ReproduceArgs, SimulateArgs};
 use pil::PilArgs;
 use recording::RecordArgs;
@@ -140,6 +140,8 @@ enum Command {
     SelfTest(SelfTestArgs),
     /// Measure the firmware's flash, RAM and stack, and check what its loop calls
     Size(SizeArgs),
+    /// Say which filter fits which microcontroller: flash, RAM, and the work of a tick
+    Parts(PartsArgs),
     /// Measure speed and error of the twin, beside other integrators
     Accuracy(AccuracyArgs),
     /// Compare the filters with the truth of many drawn motors, beside a lower bound
@@ -271,6 +273,7 @@ impl Command {
             Self::Jog(args) => args.execute(),
             Self::SelfTest(args) => args.execute(),
             Self::Size(args) => args.execute(),
+            Self::Parts(args) => args.execute(),
             Self::Accuracy(args) => args.execute(),
             Self::Estimate(args) => args.execute(),
             Self::Filters(args) => args.execute(),

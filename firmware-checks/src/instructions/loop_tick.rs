@@ -33,22 +33,55 @@ impl Backlog {
     }
 }
 
-/// Counts the tick alone, the tick with a step of a twin under the same drive, the latter while the drive is on, and
-/// the latency where the loop has so many instructions in a tick, for either of `speeds`.
+/// Instructions that a loop has in a tick: those of 150, 170 and 480 MHz at one a cycle, without a tenth for the timer's
+/// interrupt and the link; and more, for a processor that does more than one a cycle.
+const PER_TICK: [u32; 4] = [1350, 1530, 4320, 8000];
+
+/// Names of a filter's operations.
+struct Names {
+    /// The tick alone, with a step of a twin under the same drive, and the latter while the drive is on.
+    ticks: [&'static str; 3],
+    /// The latency for each of [`PER_TICK`].
+    latencies: [&'static str; 4],
+}
+
+macro_rules! names {
+    ($tick:literal) => {
+        Names {
+            ticks: [$tick, concat!($tick, "_and_step"), concat!($tick, "_and_driven_step")],
+            latencies: [
+                concat!($tick, "_latency_at_1350"),
+                concat!($tick, "_latency_at_1530"),
+                concat!($tick, "_latency_at_4320"),
+                concat!($tick, "_latency_at_8000"),
+            ],
+        }
+    };
+}
+
+/// The filters, and the names of their counts.
+const KINDS: [(FilterKind, Names); 3] = [
+    (FilterKind::ConstantRate, names!("loop_tick")),
+    (FilterKind::ImpactAided, names!("loop_tick_impact_aided")),
+    (FilterKind::Twin, names!("loop_tick_twin")),
+];
+
+/// Counts what [`Names`] says.
 #[inline(never)]
 fn count_kind(
     counter: &InstructionCounter<'_, impl InstructionTimer>,
     memory: &mut LoopMemory,
-    names: [&'static str; 5],
+    Names { ticks, latencies }: Names,
     kind: FilterKind,
-    speeds: [u32; 2],
-) -> Result<[Count; 5], OutOfBounds> {
+    report: &mut impl FnMut(Count),
+) -> Result<(), OutOfBounds> {
     #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
     let setup = MotorSetup::with_step(PositionLoop::TICK_NANOS as f64 * 1e-9);
     let motor = Motor::try_new(&MotorParams::nominal(), &setup)?;
     let mut state = MotorState::default();
-    let [mut alone, mut with_step, mut driven, mut slow, mut fast] = names.map(Count::new);
-    let mut backlogs = speeds.map(|per_tick| Backlog { per_tick, instructions: 0 });
+    let [mut alone, mut with_step, mut driven] = ticks.map(Count::new);
+    let mut latencies = latencies.map(Count::new);
+    let mut backlogs = PER_TICK.map(|per_tick| Backlog { per_tick, instructions: 0 });
     crate::parity::run_loop(
         memory,
         kind,
@@ -58,7 +91,7 @@ fn count_kind(
             let (_, of_step) =
                 black_box(counter.count(|| twin_step::step(&motor, &mut state, report.applied)));
             alone.add(of_tick);
-            for (backlog, latency) in backlogs.iter_mut().zip([&mut slow, &mut fast]) {
+            for (backlog, latency) in backlogs.iter_mut().zip(&mut latencies) {
                 latency.add(backlog.latency_ticks(of_tick));
             }
             with_step.add(of_tick + of_step);
@@ -69,7 +102,8 @@ fn count_kind(
         },
         |_, _| (),
     )?;
-    Ok([alone, with_step, driven, slow, fast])
+    [alone, with_step, driven].into_iter().chain(latencies).for_each(report);
+    Ok(())
 }
 
 /// The loop with the filter `impact_aided`.
@@ -80,37 +114,12 @@ pub(super) fn run_hot_operations(memory: &mut LoopMemory) -> Result<(), OutOfBou
     .map(drop)
 }
 
-/// Names of a filter's operations: the tick alone, with the step, with the step while the drive is on, and the latency
-/// on a slower and on a faster processor.
-macro_rules! names {
-    ($tick:literal, $slow:literal, $fast:literal) => {
-        [
-            $tick,
-            concat!($tick, "_and_step"),
-            concat!($tick, "_and_driven_step"),
-            concat!($tick, "_latency_at_", $slow),
-            concat!($tick, "_latency_at_", $fast),
-        ]
-    };
-}
-
-/// The filters, the names of their counts, and instructions of a tick: 1,530 and 4,320 are those of 170 and of 480 MHz
-/// at one a cycle, without a tenth for the timer's interrupt and the link.
-const KINDS: [(FilterKind, [&str; 5], [u32; 2]); 3] = [
-    (FilterKind::ConstantRate, names!("loop_tick", "1530", "4320"), [1530, 4320]),
-    (FilterKind::ImpactAided, names!("loop_tick_impact_aided", "1530", "4320"), [1530, 4320]),
-    (FilterKind::Twin, names!("loop_tick_twin", "4320", "8000"), [4320, 8000]),
-];
-
 pub(super) fn count(
     counter: &InstructionCounter<'_, impl InstructionTimer>,
     memory: &mut LoopMemory,
     report: &mut impl FnMut(Count),
 ) -> Result<(), OutOfBounds> {
-    for (kind, names, speeds) in KINDS {
-        count_kind(counter, memory, names, kind, speeds)?.into_iter().for_each(&mut *report);
-    }
-    Ok(())
+    KINDS.into_iter().try_for_each(|(kind, names)| count_kind(counter, memory, names, kind, report))
 }
 
 #[cfg(test)]

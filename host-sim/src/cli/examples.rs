@@ -276,6 +276,7 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     ("size", &[("Flash, RAM and stack in JSON", "size --format json")]),
+    ("parts", &[("The filter for each part", "parts")]),
     ("results", &[("One page", "results rate"), ("Whether the pages are those of today", "results --check")]),
     ("keys", &[("Those that a command reads", "keys rate"), ("The words of faults", "keys --faults")]),
     (

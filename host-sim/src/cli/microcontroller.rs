@@ -1,4 +1,4 @@
-//! `instructions` and `size`: what the firmware costs on an emulated board.
+//! `instructions`, `size` and `parts`: what the firmware costs on an emulated board, and which part has that.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -10,6 +10,7 @@ use super::{Format, result_json};
 use crate::board::BoardError;
 use crate::board::instructions::cycles::CycleEstimate;
 use crate::board::instructions::{self, Listing};
+use crate::board::parts;
 use crate::board::qemu::{self, Board};
 use crate::board::size;
 use crate::cli::CommandError;
@@ -93,5 +94,23 @@ impl SizeArgs {
         files::print(&self.format.of(report.to_string(), json))?;
         let complaints = report.complaints();
         if complaints.is_empty() { Ok(()) } else { Err(BoardError::Oversize(complaints).into()) }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct PartsArgs {
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+impl PartsArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        let listing = count_instructions(None, Board::M4)?;
+        let counts = instructions::CountReport::new(Board::M4, listing).map_err(BoardError::from)?;
+        let report =
+            parts::PartsReport::new(&counts, &size::SizeReport::measure()?).map_err(BoardError::from)?;
+        let json = result_json::of(&Request::without_scene("parts"), &[], &report.json());
+        Ok(files::print(&self.format.of(report.to_string(), json))?)
     }
 }

@@ -15,7 +15,7 @@ use super::beside::BesideArgs;
 use super::microcontroller::count_instructions;
 use super::publication::svg_files;
 use crate::board::qemu::Board;
-use crate::board::{BoardError, instructions, size};
+use crate::board::{BoardError, instructions, parts, size};
 use crate::cli::CommandError;
 use crate::report::OutputError;
 use crate::report::files::{self, Output, OutputFolder};
@@ -272,7 +272,9 @@ fn microcontroller_values() -> Result<Vec<PlacedValue>, CommandError> {
     let report = instructions::CountReport::new(Board::M4, listing).map_err(BoardError::from)?;
     let estimates = instructions::cycles::estimate(Board::M4)?;
     let mut values = instructions::page_values::page_values(&report, &estimates);
-    values.extend(size::SizeReport::measure()?.page_values());
+    let sizes = size::SizeReport::measure()?;
+    let parts = parts::PartsReport::new(&report, &sizes).map_err(BoardError::from)?;
+    values.extend(sizes.page_values().into_iter().chain(parts.page_values()));
     Ok(values)
 }
 

@@ -56,7 +56,7 @@ const LONG: [&[&str]; 6] = [
 
 /// What builds the firmware and runs it in QEMU, or needs a board: it is parsed here and run in `tests/qemu` and
 /// `tests/serial`. So is all that has a port.
-const IN_QEMU: [&str; 6] = ["instructions", "jog", "pil", "run", "self-test", "size"];
+const IN_QEMU: [&str; 7] = ["instructions", "jog", "parts", "pil", "run", "self-test", "size"];
 
 /// What does not belong to the project and is left alone.
 const OTHER_PROGRAMS: [&str; 5] = ["cd", "git", "rustup", "curl", "python3"];

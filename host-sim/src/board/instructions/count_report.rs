@@ -151,7 +151,10 @@ pub(super) mod tests {
             let mut listing = listing();
             listing.counts.retain(|count| count.operation != target.operation);
             let operation = target.operation;
-            assert_eq!(CountReport::new(Board::M4, listing).err(), Some(ListingError::Missing { operation }));
+            assert_eq!(
+                CountReport::new(Board::M4, listing).err(),
+                Some(ListingError::Missing { operation: operation.to_owned() })
+            );
         }
     }
 }
