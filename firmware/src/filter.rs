@@ -17,7 +17,10 @@ use motor_model::{DriveCommand, MotorParams, OutOfBounds, Time};
 /// Its tag is a byte of its own: four calls in each tick read it, and the compiler would hide it among 64 bits.
 #[derive(Debug)]
 #[repr(u8)]
-#[cfg_attr(feature = "twin", expect(clippy::large_enum_variant, reason = "a program has one, and no heap"))]
+#[cfg_attr(
+    any(feature = "impact_aided", feature = "twin"),
+    expect(clippy::large_enum_variant, reason = "a program has one, and no heap")
+)]
 pub enum SelectedFilter {
     /// Camera only.
     ConstantRate(ConstantRate<f32>),

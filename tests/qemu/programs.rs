@@ -28,7 +28,12 @@ pub fn without_unstable_options(program: &str) -> Command {
 
 /// A program of the microcontroller, built.
 pub fn elf(program: &str) -> String {
-    let built = script("build.sh", BUILD_LIMIT_S, &[program]);
+    elf_with(&[program])
+}
+
+/// The same with one filter alone: its name after that of the program.
+pub fn elf_with(program_and_filter: &[&str]) -> String {
+    let built = script("build.sh", BUILD_LIMIT_S, program_and_filter);
     built.lines().last().expect("build.sh names the ELF").to_owned()
 }
 

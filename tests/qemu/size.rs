@@ -1,5 +1,5 @@
 //! `host-sim size`: the firmware fits its part, and its tasks can neither panic nor allocate nor fall back on
-//! software's double precision.
+//! software's double precision. `host-sim parts`: every part has a filter that fits it.
 
 use serde_json::Value;
 
@@ -47,6 +47,32 @@ fn tool_firmware_fits_and_its_tasks_call_nothing_forbidden() {
             let ram = bytes(program, "static_bytes") + stack;
             // A tick takes a kB of stack; a filter is some kB of variables.
             assert!(stack > 1024 && ram > 4096 && ram <= 64 * 1024, "{filter}: {program}");
+        }
+    }
+}
+
+/// What firmware/BRINGUP.md builds for each part fits it: a Cortex-M4F has time for `impact_aided`.
+#[test]
+fn tool_parts_finds_the_filters_that_the_boards_are_built_with() {
+    let output = host_sim().args(["parts", "--format", "json"]).output().expect("host-sim starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+    let fits = report["fits"].as_array().expect("fits");
+    assert_eq!(fits.len(), 9, "{report}");
+    for fit in fits {
+        let number =
+            |of: &Value, field: &str| of[field].as_f64().unwrap_or_else(|| panic!("{field} in {fit}"));
+        let (part, filter) = (&fit["part"], fit["filter"].as_str().expect("a name"));
+        // A tick of 10 us at one instruction a cycle, without a tenth.
+        let per_tick = 9.0 * number(part, "clock_mhz");
+        assert!((number(fit, "per_tick") - per_tick).abs() < 1e-9, "{fit}");
+        assert!(number(fit, "ram_bytes") <= number(part, "ram_bytes"), "{fit}");
+        assert!(number(fit, "flash_bytes") <= number(part, "flash_bytes"), "{fit}");
+        let (mean, latency_ticks) = (number(fit, "mean"), number(fit, "latency_ticks"));
+        // No loop is on time whose work is more than there is on average.
+        assert!(latency_ticks >= 1.0 && (mean <= per_tick || latency_ticks > 16.0), "{fit}");
+        if filter == "constant_rate" || (filter == "impact_aided" && part["name"] != "RP2350") {
+            assert!(latency_ticks <= 16.0, "{fit}");
         }
     }
 }

@@ -20,7 +20,7 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use tempfile::TempDir;
 
-use crate::programs::{elf, host_sim};
+use crate::programs::{elf, elf_with, host_sim};
 
 /// The rate of the line: that of the firmware.
 pub const BAUD: u32 = LINE_BAUD;
@@ -163,15 +163,20 @@ impl CabledBoard {
     /// A board whose time passes no faster than that of the host while it waits for the next tick. One that is not
     /// armed has little to do in a tick, and would outrun its host.
     pub fn start_in_real_time() -> Self {
-        Self::start_with(Disturbance::default(), "on")
+        Self::start_with(&elf("board"), Disturbance::default(), "on")
     }
 
     /// A board whose cable is disturbed.
     pub fn start_disturbed(disturbance: Disturbance) -> Self {
-        Self::start_with(disturbance, "off")
+        Self::start_with(&elf("board"), disturbance, "off")
     }
 
-    fn start_with(disturbance: Disturbance, sleep: &str) -> Self {
+    /// A board whose firmware has one filter alone.
+    pub fn start_with_filter(filter: &str) -> Self {
+        Self::start_with(&elf_with(&["board", filter]), Disturbance::default(), "off")
+    }
+
+    fn start_with(elf: &str, disturbance: Disturbance, sleep: &str) -> Self {
         let alone = ONE_BOARD.lock().unwrap_or_else(PoisonError::into_inner);
         let folder = tempfile::tempdir().expect("a folder");
         let control = format!("unix:{},server=on,wait=off", folder.path().join(CONTROL).display());
@@ -186,7 +191,7 @@ impl CabledBoard {
                 &control,
             ])
             .args(["-semihosting-config", "enable=on,target=native,arg=firmware,arg=link=uart"])
-            .args(["-kernel", &elf("board")])
+            .args(["-kernel", elf])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()

@@ -254,6 +254,40 @@ fn tool_run_sends_again_what_the_board_has_not_taken() {
     assert!(said(|said| matches!(said, BoardMessage::Counters(_))) >= 2, "{preparation:?}");
 }
 
+/// A scene that names no filter gets the best that the board was built with; one that names another is refused. A
+/// camera that has no frames from the start ends the run.
+#[test]
+fn tool_run_takes_the_best_filter_that_the_board_has() {
+    let absent = |message: &BoardMessage| match message {
+        BoardMessage::Fault(BoardFault::OutOfBounds { key }) => key == "estimator.filter",
+        _ => false,
+    };
+    let (said, refusals) = not_starved(|| {
+        let board = CabledBoard::start_with_filter("impact_aided");
+        let run = |arguments: &[&str]| {
+            // A camera of no frames: the run ends once it is armed.
+            let arguments =
+                [&["--camera", "-", "--set", "ldv.installed=yes", "--to", "2"], arguments].concat();
+            let output = board.run(&arguments).wait_with_output().expect("it ends");
+            Starved::check(&String::from_utf8_lossy(&output.stderr))?;
+            Ok((board.said_so_far(), refused(&output, 2)))
+        };
+        let (any, any_error) = run(&[])?;
+        let (named, named_error) = run(&["--filter", "constant_rate"])?;
+        let (best, best_error) = run(&["--filter", "twin"])?;
+        Ok(([any, named, best], [any_error, named_error, best_error]))
+    });
+    let refused = said.each_ref().map(|said| said.iter().filter(|message| absent(message)).count());
+    let configured = said.each_ref().map(|said| said.contains(&BoardMessage::Configured));
+    assert_eq!((refused, configured), ([1, 0, 1], [true, true, false]), "{refusals:?}");
+    let [any, named, best] = refusals;
+    for error in [any, named] {
+        assert!(error.contains("the source of camera frames ended"), "{error}");
+    }
+    assert!(best.contains("the board refuses the move: estimator.filter is out of bounds"), "{best}");
+    assert!(best.contains("the firmware may be built without it"), "{best}");
+}
+
 /// The cable is pulled while the drive is on: the command says so, the log is readable up to there, and the board
 /// switches its drive off by itself. When the cable is back, the board drives only after it is told to, and does.
 #[test]

@@ -33,8 +33,8 @@ impl Backlog {
     }
 }
 
-/// Instructions that a loop has in a tick: those of 150, 170 and 480 MHz at one a cycle, without a tenth for the timer's
-/// interrupt and the link; and more, for a processor that does more than one a cycle.
+/// Instructions that a loop has in a tick: those of 150, 170 and 480 MHz at one a cycle, without a tenth for the
+/// timer's interrupt and the link; and more, for a processor that does more than one a cycle.
 const PER_TICK: [u32; 4] = [1350, 1530, 4320, 8000];
 
 /// Names of a filter's operations.

@@ -1,7 +1,7 @@
 //! Which filter fits which part: flash, RAM, and the work of a tick.
 //!
 //! ```text
-//! instructions in a tick = 0.9 f 10 us       at one a cycle of f, without a tenth for the timer's interrupt and the link
+//! instructions in a tick = 0.9 f 10 us     at one a cycle of f, without a tenth for the timer's interrupt and the link
 //! ```
 //!
 //! A filter fits where the program with all filters and its own stack have room, and where the loop is never further

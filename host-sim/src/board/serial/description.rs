@@ -9,8 +9,13 @@
 //!
 //! A board begins a session with the description that it keeps. Where its digest is that of the scene's description,
 //! the board has it already.
+//!
+//! A scene that names no filter gets the best that the board was built with.
 
-use link::{BoardFault, DescriptionDigest, HostMessage, KeptDescription};
+use link::{
+    BoardFault, Configuration, DescriptionDigest, ExperimentsConfiguration, FilterKind, HostMessage,
+    KeptDescription, RateConfiguration,
+};
 use motor_model::Angle;
 use serde::Serialize;
 
@@ -44,18 +49,41 @@ pub struct DescriptionFigures {
     pub sent: bool,
     /// Whether the board keeps it, and no other, over a loss of power.
     pub kept: bool,
+    /// The filter of the task.
+    pub filter: &'static str,
 }
 
-/// Tells the board what the run needs: `messages`, of which the last is the task and the others describe the bench, and
-/// the camera's angle that is the `zero`, where there is one. A session begins with 0. `see` gets what the board kept
-/// before, where it has a place for that.
+/// What a board is told before a run.
+pub(super) struct Preparation {
+    /// The messages, of which the last is the task and the others describe the bench.
+    pub messages: Vec<HostMessage>,
+    /// The camera's angle that is the zero, where there is one. A session begins with 0.
+    pub zero: Option<Angle>,
+    /// Whether a board without the task's filter may take a simpler one.
+    pub any_filter: bool,
+}
+
+impl Preparation {
+    /// Of `task` in `scene`.
+    ///
+    /// # Errors
+    /// When the scene's map is for another design.
+    pub(super) fn of(task: BoardTask, scene: &Scene) -> Result<Self, SerialError> {
+        Ok(Self {
+            messages: task.preparation(scene)?,
+            zero: task.zero(scene),
+            any_filter: scene.choice("estimator.filter") == "best",
+        })
+    }
+}
+
+/// Tells the board what the run needs. `see` gets what the board kept before, where it has a place for that.
 ///
 /// # Errors
 /// When the board refuses a message, or does not answer.
 pub(super) fn prepare(
     session: &mut BoardSession,
-    messages: &[HostMessage],
-    zero: Option<Angle>,
+    Preparation { messages, zero, any_filter }: Preparation,
     keeping: Keeping,
     see: impl FnOnce(KeptDescription),
 ) -> Result<DescriptionFigures, SerialError> {
@@ -71,10 +99,61 @@ pub(super) fn prepare(
     let keeps = keeping == Keeping::Keep && !is_kept;
     let forget = forgets.then_some(HostMessage::Forget);
     let zero = zero.map(|zero| HostMessage::Zero { angle_units: Some(zero.units()) });
-    let description = description.iter().filter(|_| sent).chain(task).cloned().chain(zero);
     let keep = keeps.then_some(HostMessage::Keep);
-    upload(session, &forget.into_iter().chain(description).chain(keep).collect::<Vec<_>>())?;
-    Ok(DescriptionFigures { digest: format!("{digest:016x}"), sent, kept: is_kept || keeps })
+    let before: Vec<_> = forget.into_iter().chain(description.iter().filter(|_| sent).cloned()).collect();
+    let after: Vec<_> = zero.into_iter().chain(keep).collect();
+    let mut task = task.to_vec();
+    while let Err(error) = upload(session, &[&before[..], &task, &after].concat()) {
+        let absent =
+            |fault: &BoardFault| matches!(fault, BoardFault::OutOfBounds { key } if key == FILTER_KEY);
+        task = match error {
+            SerialError::Refused { ref fault, .. } if any_filter && absent(fault) => {
+                vec![task.first().and_then(with_simpler_filter).ok_or(error)?]
+            }
+            error => return Err(error),
+        };
+    }
+    let filter = task.first().and_then(filter).map_or("none", filter_name);
+    Ok(DescriptionFigures { digest: format!("{digest:016x}"), sent, kept: is_kept || keeps, filter })
+}
+
+/// Key of the filter, as a board names it that was built without the one asked for.
+const FILTER_KEY: &str = "estimator.filter";
+
+/// The filter of a task.
+fn filter(task: &HostMessage) -> Option<FilterKind> {
+    match task {
+        HostMessage::Configure(Configuration { filter, .. })
+        | HostMessage::ConfigureRate(RateConfiguration { filter, .. })
+        | HostMessage::ConfigureExperiments(ExperimentsConfiguration { filter, .. }) => Some(*filter),
+        _ => None,
+    }
+}
+
+/// The same task with the next simpler filter; `None` after the simplest.
+fn with_simpler_filter(task: &HostMessage) -> Option<HostMessage> {
+    let filter = match filter(task)? {
+        FilterKind::Twin => FilterKind::ImpactAided,
+        FilterKind::ImpactAided => FilterKind::ConstantRate,
+        FilterKind::ConstantRate => return None,
+    };
+    Some(match task.clone() {
+        HostMessage::Configure(task) => HostMessage::Configure(Configuration { filter, ..task }),
+        HostMessage::ConfigureRate(task) => HostMessage::ConfigureRate(RateConfiguration { filter, ..task }),
+        HostMessage::ConfigureExperiments(task) => {
+            HostMessage::ConfigureExperiments(ExperimentsConfiguration { filter, ..task })
+        }
+        _ => return None,
+    })
+}
+
+/// Its name in a scene.
+fn filter_name(filter: FilterKind) -> &'static str {
+    match filter {
+        FilterKind::ConstantRate => "constant_rate",
+        FilterKind::ImpactAided => "impact_aided",
+        FilterKind::Twin => "twin",
+    }
 }
 
 /// Lets the board at a port keep the description of the bench of `scene`, with its map, over a loss of power.
@@ -82,9 +161,9 @@ pub(super) fn prepare(
 /// # Errors
 /// When there is no board, it has no place for a description, or refuses this one.
 pub fn keep(port: &str, baud: u32, scene: &Scene) -> Result<DescriptionFigures, SerialError> {
-    let messages = BoardTask::Move.preparation(scene)?;
+    let preparation = Preparation { zero: None, ..Preparation::of(BoardTask::Move, scene)? };
     let mut session = BoardSession::open(port, baud)?;
-    prepare(&mut session, &messages, None, Keeping::Keep, |_| ())
+    prepare(&mut session, preparation, Keeping::Keep, |_| ())
 }
 
 /// Tells the board `messages`. The line may lose a frame or its answer: the board is told it again. One that has
@@ -146,6 +225,30 @@ mod tests {
     use motor_model::{MotorParams, Parameter};
 
     use super::*;
+
+    /// From the best to the simplest, and no further; the rest of a task stays, and what is no task has no filter.
+    #[test]
+    fn exact_the_next_simpler_filter_of_every_task() {
+        let scene = Scene::default();
+        for task in [BoardTask::Move, BoardTask::Rate, BoardTask::Commission] {
+            let mut asked = task.preparation(&scene).unwrap().pop().unwrap();
+            let begin = asked.clone();
+            let mut names = Vec::new();
+            loop {
+                names.push(filter(&asked).map(filter_name).unwrap());
+                match with_simpler_filter(&asked) {
+                    Some(simpler) => asked = simpler,
+                    None => break,
+                }
+            }
+            assert_eq!(names, ["twin", "impact_aided", "constant_rate"], "{task:?}");
+            let mut named = scene.clone();
+            named.set("estimator.filter", "constant_rate").unwrap();
+            assert_ne!(asked, begin);
+            assert_eq!(task.preparation(&named).unwrap().pop(), Some(asked));
+        }
+        assert_eq!(with_simpler_filter(&HostMessage::Arm), None);
+    }
 
     /// Of the map everything from its beginning, of all else the message alone.
     #[test]

@@ -290,7 +290,8 @@ impl fmt::Display for SessionFigures {
         writeln!(f, "stop               {acknowledged}")?;
         let sources = if self.board.is_this_loop { "this program's sources" } else { "other sources" };
         writeln!(f, "firmware           of {sources}, started by: {}", self.board.reset_cause)?;
-        let DescriptionFigures { sent, kept, .. } = self.description;
+        let DescriptionFigures { sent, kept, filter, .. } = self.description;
+        writeln!(f, "filter             {filter}")?;
         let description = match (sent, kept) {
             (true, false) => "sent to the board",
             (true, true) => "sent to the board, which keeps it",

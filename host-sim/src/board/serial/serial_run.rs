@@ -12,7 +12,7 @@ use motor_model::{Angle, DriveCommand, Time};
 
 use super::SerialError;
 use super::board_pace::BoardPace;
-use super::description::{DescriptionFigures, Keeping, prepare};
+use super::description::{DescriptionFigures, Keeping, Preparation, prepare};
 use super::error::Stopped;
 use super::frame_source::FrameSource;
 use super::frame_text::HostFrame;
@@ -82,17 +82,17 @@ impl SerialRun<'_> {
             }
             _ => None,
         };
-        let messages = self.task.preparation(self.scene)?;
+        let preparation = Preparation::of(self.task, self.scene)?;
+        let zero = preparation.zero.unwrap_or_default();
         let task = self.task.watched(self.scene)?;
         let mut session = BoardSession::open(self.port, self.baud)?;
         let identity = IdentityFigures::from(session.identity()?);
         watcher.board(&identity);
-        let zero = self.task.zero(self.scene);
-        let description = prepare(&mut session, &messages, zero, self.keeping, |kept| watcher.kept(kept))?;
-        self.source.forward_to(session.sender());
+        let description = prepare(&mut session, preparation, self.keeping, |kept| watcher.kept(kept))?;
         let ticks = session.arm()?;
-        let mut armed =
-            ArmedRun::new(session, task, (identity, description), plant, (ticks, zero.unwrap_or_default()));
+        // Not before: what waits for an answer passes over the end of a source.
+        self.source.forward_to(session.sender());
+        let mut armed = ArmedRun::new(session, task, (identity, description), plant, (ticks, zero));
         let ending = armed.watch(self.interrupted, watcher);
         armed.end(ending)
     }
