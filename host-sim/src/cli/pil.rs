@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::port_args::identified;
 use super::readers::{PIL_COMMISSION, PIL_MOVE, PIL_RATE};
 use super::report::Request;
 #[cfg(feature = "telemetry")]
@@ -132,6 +133,7 @@ impl PilArgs {
     ) -> Result<R, BoardError> {
         let wiring = Wiring { transport: self.link, log: None };
         let mut board = LockStepBoard::start(elf, self.board, wiring)?;
+        identified(&board.identity()?.into());
         let result = run(&mut board)?;
         board.finish()?;
         Ok(result)

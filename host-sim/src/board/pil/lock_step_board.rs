@@ -6,7 +6,8 @@ use std::process::{ChildStdin, ChildStdout};
 
 use controller::{MoveForecast, PositionLoop, Unreachable};
 use link::{
-    BoardMessage, Counters, Deframer, FRAME_BYTES_MAX, Header, HostMessage, LdvRecords, TickRecord, decode,
+    BoardIdentity, BoardMessage, Counters, Deframer, FRAME_BYTES_MAX, Header, HostMessage, LdvRecords,
+    TickRecord, decode,
 };
 
 use super::frames::{camera_frame, frame, unexpected};
@@ -67,6 +68,18 @@ impl LockStepBoard {
     pub fn counters(&mut self) -> Result<Counters, BoardError> {
         match self.answer(&HostMessage::Count)? {
             BoardMessage::Counters(counters) => Ok(counters),
+            other => Err(unexpected(&other)),
+        }
+    }
+
+    /// What the board is.
+    ///
+    /// # Errors
+    /// When it does not answer.
+    pub fn identity(&mut self) -> Result<BoardIdentity, BoardError> {
+        self.describe(&[])?;
+        match self.answer(&HostMessage::Identify)? {
+            BoardMessage::Identity(identity) => Ok(identity),
             other => Err(unexpected(&other)),
         }
     }
