@@ -76,6 +76,7 @@ const CRUISE_FROM_RAD: [f32; 2] = [degrees(2.0), degrees(0.15)];
 const STRIDE_FROM_RAD: f32 = degrees(0.11);
 
 /// How many of the first of `cruises` are of mode B.
+// Never inlined: in another crate it would be compiled for speed, also for the smallest board.
 #[inline(never)]
 const fn clockwise(cruises: &[Cruise]) -> usize {
     let mut count = 0;
@@ -191,6 +192,7 @@ impl ResponseMap {
 
     /// Sets distances that are to its cruises and walks as those of Table 1 are to its own: the room of the weakest
     /// cruise of use, the turn of the longest walk. Without cruises, or without strides, they are infinite.
+    // Never inlined: as above.
     #[inline(never)]
     fn find_distances(&mut self) {
         let room_rad = |map: &Self, mode| {
