@@ -104,6 +104,8 @@ impl Fit {
 pub struct PartsReport {
     /// Part by part, the simplest filter first.
     pub fits: Vec<Fit>,
+    /// The programs that were measured.
+    pub programs: Vec<ProgramSize>,
 }
 
 /// The filters, and their ticks in a listing.
@@ -115,7 +117,7 @@ impl PartsReport {
     ///
     /// # Errors
     /// When a count, or the program with all filters, is missing.
-    pub fn new(counts: &CountReport, sizes: &SizeReport) -> Result<Self, ListingError> {
+    pub fn new(counts: &CountReport, sizes: SizeReport) -> Result<Self, ListingError> {
         let missing = |operation: &str| ListingError::Missing { operation: operation.to_owned() };
         let program = |program: &&ProgramSize| program.program == "board" && program.only.is_none();
         let program = sizes.programs.iter().find(program).ok_or_else(|| missing("board"))?;
@@ -135,7 +137,8 @@ impl PartsReport {
             })
         };
         let all = PARTS.into_iter().flat_map(|part| TICKS.map(|(filter, tick)| fit(part, filter, tick)));
-        Ok(Self { fits: all.collect::<Result<_, _>>()? })
+        let fits = all.collect::<Result<_, _>>()?;
+        Ok(Self { fits, programs: sizes.programs })
     }
 
     /// The best filter that fits `part`, if one does: the last of those that fit.
@@ -225,6 +228,7 @@ mod tests {
                 fit("twin", 17),
                 Fit { part: other, ..fit("twin", 1) },
             ],
+            programs: Vec::new(),
         };
         assert_eq!(report.best(&part).map(|fit| fit.filter), Some("impact_aided"));
         assert_eq!(report.best(&other).map(|fit| fit.filter), Some("twin"));

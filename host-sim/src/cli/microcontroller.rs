@@ -109,7 +109,7 @@ impl PartsArgs {
         let listing = count_instructions(None, Board::M4)?;
         let counts = instructions::CountReport::new(Board::M4, listing).map_err(BoardError::from)?;
         let report =
-            parts::PartsReport::new(&counts, &size::SizeReport::measure()?).map_err(BoardError::from)?;
+            parts::PartsReport::new(&counts, size::SizeReport::measure()?).map_err(BoardError::from)?;
         let json = result_json::of(&Request::without_scene("parts"), &[], &report.json());
         Ok(files::print(&self.format.of(report.to_string(), json))?)
     }

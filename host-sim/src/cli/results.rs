@@ -273,8 +273,8 @@ fn microcontroller_values() -> Result<Vec<PlacedValue>, CommandError> {
     let estimates = instructions::cycles::estimate(Board::M4)?;
     let mut values = instructions::page_values::page_values(&report, &estimates);
     let sizes = size::SizeReport::measure()?;
-    let parts = parts::PartsReport::new(&report, &sizes).map_err(BoardError::from)?;
-    values.extend(sizes.page_values().into_iter().chain(parts.page_values()));
+    values.extend(sizes.page_values());
+    values.extend(parts::PartsReport::new(&report, sizes).map_err(BoardError::from)?.page_values());
     Ok(values)
 }
 
