@@ -167,6 +167,15 @@ fn filter_kind(scene: &Scene) -> FilterKind {
     }
 }
 
+/// Its name in a scene.
+pub(crate) fn filter_name(filter: FilterKind) -> &'static str {
+    match filter {
+        FilterKind::ConstantRate => "constant_rate",
+        FilterKind::ImpactAided => "impact_aided",
+        FilterKind::Twin => "twin",
+    }
+}
+
 fn configuration(scene: &Scene) -> Configuration {
     Configuration {
         filter: filter_kind(scene),

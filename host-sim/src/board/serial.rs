@@ -23,6 +23,7 @@
 //! | `progress` | what is known in the middle of a run, and who sees it |
 //! | `description` | what the board is told before a run, and what it keeps of it |
 //! | `task` | what is asked of the board, a move, a rate or experiments, and what is seen of it |
+//! | `task_filter` | the filter of a task, and the next simpler one for a board without it |
 //! | `commissioned` | the experiments that commission the motor, ordered one by one |
 //! | `serial_run` | the run: from the first message to the acknowledged stop |
 //! | `outcome` | what became of it |
@@ -56,6 +57,7 @@ mod self_test;
 mod serial_run;
 mod session;
 mod task;
+mod task_filter;
 
 pub use description::{DescriptionFigures, Keeping, keep};
 pub use error::SerialError;

@@ -95,14 +95,7 @@ impl Processor for SecondLoop {
                 _ => (),
             }
         }
-        let filter = |kind| {
-            let name = match kind {
-                FilterKind::ConstantRate => "constant_rate",
-                FilterKind::ImpactAided => "impact_aided",
-                FilterKind::Twin => "twin",
-            };
-            AnyFilter::new(name, &design, &instruments)
-        };
+        let filter = |kind| AnyFilter::new(filter_name(kind), &design, &instruments);
         self.own = Some(match preparation.last() {
             Some(HostMessage::Configure(asked)) => {
                 let target = Target::try_new(asked.target_deg, asked.tolerance_deg)?;

@@ -12,17 +12,15 @@
 //!
 //! A scene that names no filter gets the best that the board was built with.
 
-use link::{
-    BoardFault, Configuration, DescriptionDigest, ExperimentsConfiguration, FilterKind, HostMessage,
-    KeptDescription, RateConfiguration,
-};
+use link::{BoardFault, DescriptionDigest, HostMessage, KeptDescription};
 use motor_model::Angle;
 use serde::Serialize;
 
 use super::SerialError;
 use super::session::BoardSession;
 use super::task::BoardTask;
-use crate::board::pil::acknowledgement;
+use super::task_filter::{filter, is_without, with_simpler_filter};
+use crate::board::pil::{acknowledgement, filter_name};
 use simulation::scene::Scene;
 
 /// Messages that the line may lose, or their answers, before the host gives up.
@@ -104,10 +102,8 @@ pub(super) fn prepare(
     let after: Vec<_> = zero.into_iter().chain(keep).collect();
     let mut task = task.to_vec();
     while let Err(error) = upload(session, &[&before[..], &task, &after].concat()) {
-        let absent =
-            |fault: &BoardFault| matches!(fault, BoardFault::OutOfBounds { key } if key == FILTER_KEY);
         task = match error {
-            SerialError::Refused { ref fault, .. } if any_filter && absent(fault) => {
+            SerialError::Refused { ref fault, .. } if any_filter && is_without(fault) => {
                 vec![task.first().and_then(with_simpler_filter).ok_or(error)?]
             }
             error => return Err(error),
@@ -115,45 +111,6 @@ pub(super) fn prepare(
     }
     let filter = task.first().and_then(filter).map_or("none", filter_name);
     Ok(DescriptionFigures { digest: format!("{digest:016x}"), sent, kept: is_kept || keeps, filter })
-}
-
-/// Key of the filter, as a board names it that was built without the one asked for.
-const FILTER_KEY: &str = "estimator.filter";
-
-/// The filter of a task.
-fn filter(task: &HostMessage) -> Option<FilterKind> {
-    match task {
-        HostMessage::Configure(Configuration { filter, .. })
-        | HostMessage::ConfigureRate(RateConfiguration { filter, .. })
-        | HostMessage::ConfigureExperiments(ExperimentsConfiguration { filter, .. }) => Some(*filter),
-        _ => None,
-    }
-}
-
-/// The same task with the next simpler filter; `None` after the simplest.
-fn with_simpler_filter(task: &HostMessage) -> Option<HostMessage> {
-    let filter = match filter(task)? {
-        FilterKind::Twin => FilterKind::ImpactAided,
-        FilterKind::ImpactAided => FilterKind::ConstantRate,
-        FilterKind::ConstantRate => return None,
-    };
-    Some(match task.clone() {
-        HostMessage::Configure(task) => HostMessage::Configure(Configuration { filter, ..task }),
-        HostMessage::ConfigureRate(task) => HostMessage::ConfigureRate(RateConfiguration { filter, ..task }),
-        HostMessage::ConfigureExperiments(task) => {
-            HostMessage::ConfigureExperiments(ExperimentsConfiguration { filter, ..task })
-        }
-        _ => return None,
-    })
-}
-
-/// Its name in a scene.
-fn filter_name(filter: FilterKind) -> &'static str {
-    match filter {
-        FilterKind::ConstantRate => "constant_rate",
-        FilterKind::ImpactAided => "impact_aided",
-        FilterKind::Twin => "twin",
-    }
 }
 
 /// Lets the board at a port keep the description of the bench of `scene`, with its map, over a loss of power.
@@ -225,30 +182,6 @@ mod tests {
     use motor_model::{MotorParams, Parameter};
 
     use super::*;
-
-    /// From the best to the simplest, and no further; the rest of a task stays, and what is no task has no filter.
-    #[test]
-    fn exact_the_next_simpler_filter_of_every_task() {
-        let scene = Scene::default();
-        for task in [BoardTask::Move, BoardTask::Rate, BoardTask::Commission] {
-            let mut asked = task.preparation(&scene).unwrap().pop().unwrap();
-            let begin = asked.clone();
-            let mut names = Vec::new();
-            loop {
-                names.push(filter(&asked).map(filter_name).unwrap());
-                match with_simpler_filter(&asked) {
-                    Some(simpler) => asked = simpler,
-                    None => break,
-                }
-            }
-            assert_eq!(names, ["twin", "impact_aided", "constant_rate"], "{task:?}");
-            let mut named = scene.clone();
-            named.set("estimator.filter", "constant_rate").unwrap();
-            assert_ne!(asked, begin);
-            assert_eq!(task.preparation(&named).unwrap().pop(), Some(asked));
-        }
-        assert_eq!(with_simpler_filter(&HostMessage::Arm), None);
-    }
 
     /// Of the map everything from its beginning, of all else the message alone.
     #[test]
