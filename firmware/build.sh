@@ -56,7 +56,7 @@ build_all() {
     if [[ -z $program ]]; then
         # Each library by itself first: none may need another's features to do without std.
         local each
-        for each in ud-filter micromotor-{model,estimator,controller,link} firmware firmware-checks; do
+        for each in micromotor-{model,estimator,controller,link} firmware firmware-checks; do
             "${build[@]}" -p "$each" >&2
         done
         elf=$target_dir/$target/$profile/parity

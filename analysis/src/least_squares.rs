@@ -7,11 +7,8 @@
 //! covariance = s^2 (J^T J)^-1,      s^2 = sum of squared residuals / (points - parameters)
 //! ```
 
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use motor_model::math;
-use nalgebra::storage::Owned;
-use nalgebra::{Const, DVector, Dyn, OMatrix, SMatrix, SVector};
-use nalgebra_0_34 as nalgebra;
+use rmpfit::{MPConfig, MPFitter, MPPar, MPResult, MPSide};
 
 /// A fitted curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,72 +25,88 @@ struct Curve<'a, F, const N: usize> {
     x: &'a [f64],
     y: &'a [f64],
     law: F,
-    values: SVector<f64, N>,
+    config: MPConfig,
+    parameters: [MPPar; N],
 }
 
 impl<F: Fn(f64, &[f64; N]) -> (f64, [f64; N]), const N: usize> Curve<'_, F, N> {
-    fn at(&self, x: f64) -> (f64, [f64; N]) {
-        (self.law)(x, &self.values.into())
+    /// Values less points, and the derivatives, one row a point.
+    fn rows<'a>(&'a self, parameters: &[f64]) -> impl Iterator<Item = (f64, [f64; N])> + 'a {
+        let mut values = [0.0; N];
+        values.copy_from_slice(parameters);
+        self.x.iter().zip(self.y).map(move |(x, y)| {
+            let (value, row) = (self.law)(*x, &values);
+            (value - y, row)
+        })
     }
 }
 
-impl<F: Fn(f64, &[f64; N]) -> (f64, [f64; N]), const N: usize> LeastSquaresProblem<f64, Dyn, Const<N>>
-    for Curve<'_, F, N>
-{
-    type ResidualStorage = Owned<f64, Dyn>;
-    type JacobianStorage = Owned<f64, Dyn, Const<N>>;
-    type ParameterStorage = Owned<f64, Const<N>>;
-
-    fn set_params(&mut self, values: &SVector<f64, N>) {
-        self.values = *values;
+impl<F: Fn(f64, &[f64; N]) -> (f64, [f64; N]), const N: usize> MPFitter for Curve<'_, F, N> {
+    fn eval(&mut self, parameters: &[f64], residuals: &mut [f64]) -> MPResult<()> {
+        for (residual, (error, _)) in residuals.iter_mut().zip(self.rows(parameters)) {
+            *residual = error;
+        }
+        Ok(())
     }
 
-    fn params(&self) -> SVector<f64, N> {
-        self.values
+    fn jacobian(
+        &mut self,
+        parameters: &[f64],
+        residuals: &mut [f64],
+        columns: &mut [Option<Vec<f64>>],
+    ) -> MPResult<()> {
+        for (number, (residual, (error, row))) in residuals.iter_mut().zip(self.rows(parameters)).enumerate()
+        {
+            *residual = error;
+            for (column, derivative) in columns.iter_mut().flatten().zip(row) {
+                column[number] = derivative;
+            }
+        }
+        Ok(())
     }
 
-    fn residuals(&self) -> Option<DVector<f64>> {
-        let residuals = self.x.iter().zip(self.y).map(|(x, y)| self.at(*x).0 - y);
-        Some(DVector::from_iterator(self.x.len(), residuals))
+    fn number_of_points(&self) -> usize {
+        self.x.len()
     }
 
-    fn jacobian(&self) -> Option<OMatrix<f64, Dyn, Const<N>>> {
-        let rows = self.x.iter().flat_map(|x| self.at(*x).1);
-        Some(OMatrix::<f64, Dyn, Const<N>>::from_row_iterator(self.x.len(), rows))
+    fn config(&self) -> &MPConfig {
+        &self.config
+    }
+
+    fn parameters(&self) -> &[MPPar] {
+        &self.parameters
     }
 }
 
 /// The curve through the points `x`, `y`, from a first guess. `curve` gives its value and its derivatives by the
-/// parameters.
+/// parameters. Where the points tell no parameter, as fewer points than parameters do, the guess comes back.
 pub fn fit<const N: usize>(
     x: &[f64],
     y: &[f64],
     guess: [f64; N],
     curve: impl Fn(f64, &[f64; N]) -> (f64, [f64; N]),
 ) -> Fitted<N> {
+    let untold = Fitted { values: guess, sd: [f64::INFINITY; N], residual_sd: f64::INFINITY };
     let count = x.len().min(y.len());
-    let (x, y) = (&x[..count], &y[..count]);
-    let curve = Curve { x, y, law: curve, values: guess.into() };
     if count <= N {
-        return Fitted { values: guess, sd: [f64::INFINITY; N], residual_sd: f64::INFINITY };
+        return untold;
     }
-    let (curve, _) = LevenbergMarquardt::new().minimize(curve);
-    let (mut normal, mut squares) = (SMatrix::<f64, N, N>::zeros(), 0.0);
-    for (x, y) in x.iter().zip(y) {
-        let (value, row) = curve.at(*x);
-        squares += (value - y) * (value - y);
-        let row = SVector::from(row);
-        normal += row * row.transpose();
-    }
+    // As near to the least sum of squares as numbers of 53 bits tell.
+    let tolerance = 30.0 * f64::EPSILON;
+    let config = MPConfig { ftol: tolerance, xtol: tolerance, gtol: tolerance, ..MPConfig::new() };
+    let parameters = std::array::from_fn(|_| MPPar { side: MPSide::User, ..MPPar::new() });
+    let mut values = guess;
+    let mut curve = Curve { x: &x[..count], y: &y[..count], law: curve, config, parameters };
+    let Ok(found) = curve.mpfit(&mut values) else { return untold };
+    let squares: f64 = found.resid.iter().map(|residual| residual * residual).sum();
     #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-    let variance = squares / (count - N) as f64;
-    let inverse = normal.try_inverse();
-    let sd = |number: usize| {
-        inverse
-            .as_ref()
-            .map_or(f64::INFINITY, |inverse| math::sqrt(variance * inverse[(number, number)].max(0.0)))
+    let residual_sd = math::sqrt(squares / (count - N) as f64);
+    // The library's are those of residuals with a standard deviation of 1, and 0 where the points tell nothing.
+    let sd = |number: usize| match found.xerror[number] {
+        0.0 => f64::INFINITY,
+        unit => residual_sd * unit,
     };
-    Fitted { values: curve.values.into(), sd: std::array::from_fn(sd), residual_sd: math::sqrt(variance) }
+    Fitted { values, sd: std::array::from_fn(sd), residual_sd }
 }
 
 /// Damped oscillation and its derivatives by frequency, decay, both amplitudes and offset. Frequency and decay are in
