@@ -79,7 +79,8 @@ impl<F: Fn(f64, &[f64; N]) -> (f64, [f64; N]), const N: usize> MPFitter for Curv
 }
 
 /// The curve through the points `x`, `y`, from a first guess. `curve` gives its value and its derivatives by the
-/// parameters. Where the points tell no parameter, as fewer points than parameters do, the guess comes back.
+/// parameters. Where there are no more points than parameters, or a value is no number, the guess comes back with
+/// infinite standard deviations.
 pub fn fit<const N: usize>(
     x: &[f64],
     y: &[f64],
@@ -186,5 +187,21 @@ mod tests {
             (found.values[1] - line.slope).abs() < 1e-9 && (found.values[0] - line.intercept).abs() < 1e-8
         );
         assert!((found.sd[1] / slope_sd - 1.0).abs() < 1e-6, "{found:?} {slope_sd}");
+    }
+
+    /// A parameter on which the curve does not depend, as many points as parameters, and a point that is no number.
+    #[test]
+    fn exact_what_points_do_not_tell_is_said() {
+        let (x, y) = ([0.0, 1.0, 2.0, 3.0], [1.0, 1.5, 1.0, 1.5]);
+        let level = |_: f64, [a, _]: &[f64; 2]| (*a, [1.0, 0.0]);
+        let found = fit(&x, &y, [0.0, 7.0], level);
+        assert!((found.values[0] - 1.25).abs() < 1e-12, "{found:?}");
+        assert_eq!((found.values[1], found.sd[1]), (7.0, f64::INFINITY));
+        // Squares of four residuals of 0.25 over two degrees of freedom; the mean has half their standard deviation.
+        assert!((found.residual_sd - math::sqrt(0.125)).abs() < 1e-12, "{found:?}");
+        assert!((found.sd[0] - 0.5 * math::sqrt(0.125)).abs() < 1e-12, "{found:?}");
+        let untold = Fitted { values: [0.0, 7.0], sd: [f64::INFINITY; 2], residual_sd: f64::INFINITY };
+        assert_eq!(fit(&x[..2], &y, [0.0, 7.0], level), untold);
+        assert_eq!(fit(&x, &[1.0, f64::NAN, 1.0, 1.5], [0.0, 7.0], level), untold);
     }
 }

@@ -1,7 +1,11 @@
 //! `host-sim parts`, which measures the programs as `host-sim size` does: the firmware fits its part, and its tasks can
 //! neither panic nor allocate nor fall back on software's double precision. Every part has a filter that fits it.
 
+use std::path::Path;
+
+use host_sim::scene_files::GalleryScene;
 use serde_json::Value;
+use simulation::scene::Scene;
 
 use crate::host_sim;
 
@@ -76,4 +80,20 @@ fn check_fits(report: &Value) {
             assert!(latency_ticks <= 16.0, "{fit}");
         }
     }
+    for of_part in fits.chunks(3) {
+        let mut fitting = of_part.iter().filter(|fit| fit["latency_ticks"].as_u64() <= Some(16));
+        check_scene(fitting.next_back().expect("a filter that fits"));
+    }
+}
+
+/// The scene of a part has the best filter that fits it, and a latency for twice the backlog of the counted move:
+/// others have more.
+fn check_scene(best: &Value) {
+    let name = best["part"]["scene"].as_str().expect("a name");
+    let of_gallery = GalleryScene::named(name).expect("a scene of the gallery");
+    let mut scene = Scene::default();
+    scene.set_all(of_gallery.text, Path::new(name)).expect("settings");
+    assert_eq!(scene.choice("estimator.filter"), best["filter"].as_str().expect("a name"), "{best}");
+    let needed = best["latency_ticks"].as_u64().expect("a count");
+    assert!(scene.integer("board.latency_ticks") >= (2 * needed).min(16), "{best}");
 }

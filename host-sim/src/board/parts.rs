@@ -32,6 +32,8 @@ pub struct Part {
     pub flash_bytes: u64,
     /// RAM for variables and stack: that which the processor reaches without a wait.
     pub ram_bytes: u64,
+    /// The scene of the gallery with its filter and latency.
+    pub scene: &'static str,
 }
 
 /// The parts: those that firmware is written for, without the 8 KiB of the first that keep a description, and one with
@@ -43,6 +45,7 @@ pub const PARTS: [Part; 3] = [
         clock_mhz: 170,
         flash_bytes: 504 * 1024,
         ram_bytes: 80 * 1024,
+        scene: "stm32g474",
     },
     Part {
         name: "STM32H743ZI",
@@ -50,6 +53,7 @@ pub const PARTS: [Part; 3] = [
         clock_mhz: 480,
         flash_bytes: 2048 * 1024,
         ram_bytes: 128 * 1024,
+        scene: "stm32h743",
     },
     Part {
         name: "RP2350",
@@ -57,6 +61,7 @@ pub const PARTS: [Part; 3] = [
         clock_mhz: 150,
         flash_bytes: 4096 * 1024,
         ram_bytes: 520 * 1024,
+        scene: "rp2350",
     },
 ];
 
@@ -161,7 +166,7 @@ impl PartsReport {
                 share(*mean, f64::from(*per_tick)),
                 latency_ticks.to_string(),
                 match (lacks.is_empty(), is_best) {
-                    (true, true) => "fits: take it".to_owned(),
+                    (true, true) => format!("fits: --scene {}", part.scene),
                     (true, false) => "fits".to_owned(),
                     (false, _) => format!("no: {}", lacks.join(", ")),
                 },
@@ -238,7 +243,10 @@ mod tests {
             .filter_map(|line| line.split("MHz").nth(1)?.trim_end().rsplit("  ").next())
             .collect();
         assert_eq!(verdicts.len(), 4, "{text}");
-        assert!(verdicts[0].ends_with("fits") && verdicts[1].ends_with("fits: take it"), "{text}");
-        assert!(verdicts[2].ends_with("no: time") && verdicts[3].ends_with("fits: take it"), "{text}");
+        assert!(verdicts[0].ends_with("fits") && verdicts[1].ends_with("fits: --scene stm32g474"), "{text}");
+        assert!(
+            verdicts[2].ends_with("no: time") && verdicts[3].ends_with("fits: --scene stm32h743"),
+            "{text}"
+        );
     }
 }

@@ -143,7 +143,7 @@ impl Page {
             }
             Self::Calibration => calibration_values(effort, scene)?.into(),
             Self::Identification => identification_values(effort)?.into(),
-            Self::Microcontroller => microcontroller_values()?.into(),
+            Self::Microcontroller => microcontroller_values(effort, scene)?.into(),
             Self::FilterCore => filter_core::values()?.into(),
         })
     }
@@ -265,7 +265,7 @@ fn identification_values(effort: &Effort) -> Result<Vec<PlacedValue>, CommandErr
     Ok(identification::page_values(&of("height_only")?, &of("tilting")?))
 }
 
-fn microcontroller_values() -> Result<Vec<PlacedValue>, CommandError> {
+fn microcontroller_values(effort: &Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
     let mut listing = count_instructions(None, Board::M4)?;
     let peers = instructions::program::build("peers")?;
     listing.counts.extend(count_instructions(Some(&peers), Board::M4)?.counts);
@@ -275,7 +275,28 @@ fn microcontroller_values() -> Result<Vec<PlacedValue>, CommandError> {
     let sizes = size::SizeReport::measure()?;
     values.extend(sizes.page_values());
     values.extend(parts::PartsReport::new(&report, sizes).map_err(BoardError::from)?.page_values());
+    values.extend(part_moves(effort, scene)?);
     Ok(values)
+}
+
+/// Moves by what each part has time for, beside those of a processor without bounds; then the same of a rotor that
+/// tilts.
+fn part_moves(effort: &Effort, scene: &Scene) -> Result<[PlacedValue; 2], CommandError> {
+    let parts = parts::PARTS.map(|part| part.scene);
+    let tilting = parts.map(|part| format!("set_f_plant,{part}"));
+    let texts: Vec<&str> =
+        parts.into_iter().chain(["set_f_plant"]).chain(tilting.iter().map(String::as_str)).collect();
+    let beside = BesideArgs::of(&texts).scenes("positioning-trials", scene, Ok)?;
+    let trials = |scene: &Scene, trials| {
+        positioning_trials::PositioningTrialsPlan::new(scene, Strategy::Planned, trials)?.run(&|_| ())
+    };
+    let first = trials(scene, effort.part_trials)?;
+    let beside = BesideScene::run_each(&beside, |scene| {
+        let tilts = scene.choice("plant.rotor") != "height_only";
+        trials(scene, if tilts { effort.tilting_trials } else { effort.part_trials })
+    })?;
+    let alone = positioning_trials::PositioningTrials::alone(scene, first);
+    Ok(positioning_trials::PositioningTrials { beside, ..alone }.scene_values(tilting::HEIGHT_ONLY))
 }
 
 /// The flags of `results`.

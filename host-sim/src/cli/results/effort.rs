@@ -27,6 +27,8 @@ pub(super) struct Effort {
     pub(super) trials: u64,
     /// Moves by each other strategy and filter.
     pub(super) compared_trials: u64,
+    /// Moves by what each part has time for.
+    pub(super) part_trials: u64,
     /// Moves at each tolerance, of the height-only rotor and of one that tilts.
     pub(super) tolerance_trials: [u32; 2],
     /// Motors that are commissioned and moved: height only, and of each scene that tilts.
@@ -71,6 +73,7 @@ impl Effort {
         cost_motors: 20,
         trials: 10_000,
         compared_trials: 200,
+        part_trials: 200,
         tolerance_trials: [400, 20],
         commissioned_motors: [100, 10],
         grid_motors: 20,
@@ -101,6 +104,7 @@ impl Effort {
         cost_motors: 1,
         trials: 20,
         compared_trials: 2,
+        part_trials: 2,
         tolerance_trials: [2, 0],
         commissioned_motors: [1, 0],
         grid_motors: 1,

@@ -125,8 +125,13 @@ impl PositioningTrials {
             ("remarks", self.remarks()),
             ("table_strategies", self.by_strategy().markdown()),
         ];
-        values.extend(self.side_by_side(first).page_values());
+        values.extend(self.scene_values(first));
         values
+    }
+
+    /// The values of a page that shows the scenes side by side, the first under the name `first`.
+    pub fn scene_values(&self, first: &str) -> [PlacedValue; 2] {
+        self.side_by_side(first).page_values()
     }
 
     /// Everything but the single trials, as one JSON object on one line.
