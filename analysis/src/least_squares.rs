@@ -100,6 +100,9 @@ pub fn fit<const N: usize>(
     let mut curve = Curve { x: &x[..count], y: &y[..count], law: curve, config, parameters };
     let Ok(found) = curve.mpfit(&mut values) else { return untold };
     let squares: f64 = found.resid.iter().map(|residual| residual * residual).sum();
+    if !squares.is_finite() {
+        return untold;
+    }
     #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
     let residual_sd = math::sqrt(squares / (count - N) as f64);
     // The library's are those of residuals with a standard deviation of 1, and 0 where the points tell nothing.
