@@ -155,6 +155,7 @@ if [[ $lane == quick ]]; then
     heading "lints"
     cargo clippy --workspace --all-targets -- -D warnings
     heading "unit tests"
+    install_packages
     timed_tests unit --lib --
     heading "one closed loop"
     timed_tests system --test system -- closed_loop::tool_position::

@@ -11,6 +11,7 @@ pub mod gyroscope_calibration;
 pub mod held_rates;
 pub mod identification;
 pub mod instrument_grid;
+pub(crate) mod latency;
 pub mod open_loop;
 pub(crate) mod paper;
 pub mod positioning_trials;

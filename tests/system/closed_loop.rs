@@ -1,5 +1,6 @@
 //! The closed loop of motor, instruments, filter and controller.
 
+mod law_latency;
 mod law_other_instruments;
 mod law_quiet_stator;
 mod law_rate_limits;

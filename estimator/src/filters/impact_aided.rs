@@ -42,6 +42,7 @@
 //!                    sample                            what it does to the rate
 //!   impact           jump dv upwards                   kick of mean and variance above
 //!   fall             jump downwards: a wrong sample    kick of unknown sign, as large as the fall
+//!   none yet         an instant after the newest      random walk while an impact can come (F20)
 //!   gap              first sample after a gap          random walk over the gap, as in ConstantRate
 //!   fault ends       sign or scale right again         kick of unknown sign right after the last frame
 //! ```
@@ -62,6 +63,7 @@ use crate::innovation::{ImpactInnovation, Innovation};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::{Motion, MotionWatch};
+use crate::vibrometer::next_impact::UnseenImpacts;
 use process::{ImpactKick, ImpactKicks, KickedRate};
 pub use tuning::ImpactAidedTuning;
 
@@ -119,7 +121,7 @@ impl<T: Real> ImpactAided<T> {
             tuning: &self.tuning,
             kicks: &self.kicks,
             motions: self.watch.motions(now),
-            detecting_until: self.detecting_until(),
+            unseen: UnseenImpacts::new(&self.tuning.next_impact, &self.detector, self.drive, true),
         }
     }
 
@@ -128,12 +130,6 @@ impl<T: Real> ImpactAided<T> {
     fn use_learnt_noise(&mut self) {
         self.tuning = self.tuning.with_noise(self.watch.noise_m_s());
         self.detector.set_noise(self.tuning.detector.noise_m_s);
-    }
-
-    /// Until when impacts would have been detected: never, by a vibrometer whose sign or scale is wrong.
-    fn detecting_until(&self) -> Time {
-        let newest = self.detector.newest().filter(|_| !self.detector.has_fault());
-        newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
     }
 
     /// The kick of an impact detected at `at`, `within_s` after the sample before it.
@@ -242,8 +238,13 @@ impl<T: Real> ImpactAided<T> {
             && self.kicks.is_full()
         {
             // Written out, since the tracker changes meanwhile.
-            let (motions, detecting_until) = (self.watch.motions(self.watch.clock()), self.detecting_until());
-            let process = KickedRate { tuning: &self.tuning, kicks: &self.kicks, motions, detecting_until };
+            let motions = self.watch.motions(self.watch.clock());
+            let process = KickedRate {
+                tuning: &self.tuning,
+                kicks: &self.kicks,
+                motions,
+                unseen: UnseenImpacts::new(&self.tuning.next_impact, &self.detector, self.drive, true),
+            };
             self.tracker.advance_to(oldest, &process);
             self.drop_old_kicks();
         }
@@ -302,7 +303,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
             tuning: &self.tuning,
             kicks: &self.kicks,
             motions: self.watch.motions(clock.max(frame.exposed_at)),
-            detecting_until: self.detecting_until(),
+            unseen: UnseenImpacts::new(&self.tuning.next_impact, &self.detector, self.drive, true),
         };
         let from = self.tracker.newest_at().min(frame.exposed_at);
         let context = FrameContext {

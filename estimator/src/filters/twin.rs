@@ -138,6 +138,7 @@ use crate::innovation::{ImpactInnovation, Innovation};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::{Motion, MotionWatch};
+use crate::vibrometer::next_impact::UnseenImpacts;
 pub use checked_motor::CheckedMotor;
 use kick_record::KickRecords;
 use kick_use::KickUse;
@@ -319,7 +320,12 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             motions: self.watch.motions(clock.max(frame.exposed_at)),
             strength: &self.walk,
             taken_since: self.kick_use.since,
-            detecting_until: self.detecting_until(),
+            unseen: UnseenImpacts::new(
+                &self.tuning.without_stator.next_impact,
+                &self.detector,
+                self.drive,
+                self.kick_use.taken,
+            ),
             propagated: None,
         };
         let motion = process.motions.throughout(self.tracker.newest_at().min(frame.exposed_at));

@@ -149,6 +149,10 @@ pub(crate) struct ImpactDetector<T> {
     newest: Option<Time>,
     /// Velocity in flight, `v^`.
     velocity_m_s: T,
+    /// Height above where the last flight began, in m.
+    height_m: T,
+    /// Jump by which the last flight began, in m/s.
+    jump_m_s: T,
     /// Samples since the last impact, at most the window.
     samples: T,
     /// Variance of the velocity per that of a sample, `p`.
@@ -188,6 +192,8 @@ impl<T: Real> ImpactDetector<T> {
             gap_nanos: i32::try_from(tuning.gap_nanos).unwrap_or(i32::MAX).cast_unsigned(),
             newest: None,
             velocity_m_s: T::zero(),
+            height_m: T::zero(),
+            jump_m_s: T::zero(),
             samples: T::one(),
             velocity_variance: T::one(),
             drift_m_s: T::zero(),
@@ -257,6 +263,22 @@ impl<T: Real> ImpactDetector<T> {
         self.upward_m2_s2 = sum_m2_s2.clamp_magnitude(T::from_f64(Self::SIGN_M2_S2));
     }
 
+    /// Vertical velocity in flight, `v^`, in m/s.
+    pub(crate) fn velocity_m_s(&self) -> T {
+        self.velocity_m_s
+    }
+
+    /// Height of the rotor in flight above the last impact, in m; above the first sample, where that is not known.
+    pub(crate) fn height_m(&self) -> T {
+        self.height_m
+    }
+
+    /// Jump of the last impact in m/s.
+    pub(crate) fn jump_m_s(&self) -> T {
+        self.jump_m_s
+    }
+
+    /// When the newest sample was taken.
     pub(crate) fn newest(&self) -> Option<Time> {
         self.newest
     }
@@ -298,6 +320,7 @@ impl<T: Real> ImpactDetector<T> {
             self.begin_flight(velocity);
             let event = if upwards {
                 self.free_fall.begin(velocity, innovation);
+                self.jump_m_s = innovation;
                 VibrometerEvent::Impact { before_m_s, jump_m_s: innovation }
             } else {
                 self.note_fall(sample.taken_at, -innovation)
@@ -314,6 +337,7 @@ impl<T: Real> ImpactDetector<T> {
         self.free_fall.take(since_s, self.velocity_m_s, innovation, weight);
         let correction_m_s = weight * innovation;
         self.velocity_m_s += correction_m_s;
+        self.height_m += self.velocity_m_s * since_s;
         self.drift_m_s += correction_m_s;
         self.velocity_variance = kept * kept * self.velocity_variance + weight * weight;
         VibrometerEvent::Flight
@@ -364,9 +388,21 @@ impl<T: Real> ImpactDetector<T> {
         self.per_scale / before
     }
 
+    /// The same at another height, with another velocity.
+    #[cfg(test)]
+    pub(crate) fn moved(self, height_m: T, velocity_m_s: T) -> Self {
+        Self { velocity_m_s, height_m, ..self }
+    }
+
+    /// The same after an impact of another jump.
+    #[cfg(test)]
+    pub(crate) fn struck(self, jump_m_s: T) -> Self {
+        Self { jump_m_s, ..self }
+    }
+
     fn begin_flight(&mut self, velocity_m_s: T) {
         (self.velocity_m_s, self.samples, self.velocity_variance) = (velocity_m_s, T::one(), T::one());
-        (self.drift_m_s, self.below) = (T::zero(), false);
+        (self.height_m, self.drift_m_s, self.below) = (T::zero(), T::zero(), false);
     }
 }
 

@@ -32,7 +32,7 @@ use crate::studies::rotor_models::RotorModelsPlan;
 use crate::studies::shard::Shard;
 use crate::studies::stator::page::StatorPage;
 use crate::studies::stator::solver::Solver;
-use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, held_rates, paper};
+use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, held_rates, latency, paper};
 use effort::Effort;
 use simulation::scene::Scene;
 
@@ -275,8 +275,16 @@ fn microcontroller_values(effort: &Effort, scene: &Scene) -> Result<Vec<PlacedVa
     let sizes = size::SizeReport::measure()?;
     values.extend(sizes.page_values());
     values.extend(parts::PartsReport::new(&report, sizes).map_err(BoardError::from)?.page_values());
+    values.extend(latency_rates(effort, scene)?);
     values.extend(part_moves(effort, scene)?);
     Ok(values)
+}
+
+/// Rates held for a few seconds at each latency.
+fn latency_rates(effort: &Effort, scene: &Scene) -> Result<[PlacedValue; 1], CommandError> {
+    let mut scene = scene.clone();
+    scene.set("rate.duration_s", if effort.latency_motors > 1 { "3" } else { "0.5" })?;
+    Ok(latency::page_values(&scene, effort.latency_motors)?)
 }
 
 /// Moves by what each part has time for, beside those of a processor without bounds; then the same of a rotor that

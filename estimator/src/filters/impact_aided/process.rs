@@ -10,6 +10,7 @@ use crate::camera::track_covariance::TrackCovariance;
 use crate::filters::kick::KickMoments;
 use crate::vibrometer::motion::Motion;
 use crate::vibrometer::motion_history::{MotionPiece, Motions};
+use crate::vibrometer::next_impact::UnseenImpacts;
 
 /// Variance of the friction, per its nominal value squared.
 const FRICTION_PART2: f64 = 0.04;
@@ -66,18 +67,20 @@ pub(super) struct KickedRate<'a, T> {
     pub(super) tuning: &'a ImpactAidedTuning<T>,
     pub(super) kicks: &'a ImpactKicks<T>,
     pub(super) motions: Motions<'a>,
-    /// Until when impacts would have been detected.
-    pub(super) detecting_until: Time,
+    pub(super) unseen: UnseenImpacts<'a, T>,
 }
 
 impl<T: Real> Wander<T> for KickedRate<'_, T> {
-    /// While impacts are detected only the kicks of those that are missed make the rate wander.
+    /// While impacts are detected only the kicks of those that are missed make the rate wander, and after the newest
+    /// sample those of the impacts that may come.
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
         let MotionPiece { motion, until, .. } = self.motions.piece(at);
-        let [missed_b, missed_c] = self.tuning.missed_rad2_s3;
-        let missed_rad2_s3 = motion.of(missed_b, missed_c, T::zero());
-        if motion != Motion::Quiet && at < self.detecting_until {
-            return Wandering { intensity_rad2_s3: missed_rad2_s3, until: until.min(self.detecting_until) };
+        if motion != Motion::Quiet
+            && let Some(unseen) = self.unseen.wandering(at)
+        {
+            let [missed_b, missed_c] = self.tuning.missed_rad2_s3;
+            let intensity_rad2_s3 = motion.of(missed_b, missed_c, T::zero()) + unseen.intensity_rad2_s3;
+            return Wandering { intensity_rad2_s3, until: until.min(unseen.until) };
         }
         let random_walk = &self.tuning.constant_rate.random_walk;
         Wandering { intensity_rad2_s3: random_walk.intensity_rad2_s3(motion, resting), until }
@@ -115,21 +118,22 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
 
     fn jitter(&self, at: Time) -> Jitter<T> {
         let motion = self.motions.piece(at).motion;
-        if at > self.detecting_until {
+        if at > self.unseen.known_until && !self.unseen.covers(at) {
             return self.tuning.constant_rate.random_walk.jitter(motion);
         }
         let undone = motion.of(Jitter::none(), self.tuning.jitter_c, Jitter::none());
-        self.tuning.unseen(motion, at, self.detecting_until).plus(undone)
+        self.tuning.between_samples(motion, at, self.unseen.known_until).plus(undone)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use motor_model::{Angle, AngleAccumulator, DriveMode, MotorParams};
+    use motor_model::{Angle, AngleAccumulator, DriveCommand, DriveMode, MotorParams};
 
     use super::*;
     use crate::camera::angle_rate_covariance::AngleRateCovariance;
     use crate::instruments::Instruments;
+    use crate::vibrometer::next_impact::tests::flying;
 
     fn exact_state() -> State<f64> {
         State {
@@ -159,20 +163,28 @@ mod tests {
         assert!((variance - (0.6 * 0.6 / 3.0 + 0.01)).abs() < 1e-12, "{variance}");
     }
 
-    /// Impacts would have been detected until 3 ms: until then only missed ones make the rate wander.
+    /// A rotor in flight above the teeth, all impacts known until 3 ms: until then, and as long as the flight is
+    /// believed, only missed ones make the rate wander, and then all.
     #[test]
     fn exact_the_rate_wanders_by_missed_impacts_and_then_by_all() {
         let tuning = ImpactAidedTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
+        let known_until = Time::from_micros(3000);
+        let detector = flying(tuning.detector, known_until, 0.03);
         let process = KickedRate {
             tuning: &tuning,
             kicks: &ImpactKicks::new(),
             motions: Motions::always(Motion::Impacted(DriveMode::B)),
-            detecting_until: Time::from_micros(3000),
+            unseen: UnseenImpacts::new(
+                &tuning.next_impact,
+                &detector,
+                DriveCommand::full(DriveMode::B),
+                true,
+            ),
         };
         let mut state = exact_state();
-        process.wander(&mut state, false, Time::from_micros(4000));
+        process.wander(&mut state, false, Time::from_micros(4200));
         let [missed, _] = tuning.missed_rad2_s3;
-        let expected = 2e-3 * missed + 1e-3 * tuning.constant_rate.random_walk.impacted_b_rad2_s3;
+        let expected = 2.2e-3 * missed + 1e-3 * tuning.constant_rate.random_walk.impacted_b_rad2_s3;
         let own = TrackCovariance::rate_rad2_s2(&state.covariance);
         assert!((own / expected - 1.0).abs() < 1e-9, "{own} {expected}");
     }

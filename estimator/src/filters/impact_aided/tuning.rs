@@ -8,10 +8,13 @@ use crate::filters::impact_aided::ringing::RingingTuning;
 use crate::instruments::Instruments;
 use crate::vibrometer::impact_detector::ImpactDetectorTuning;
 use crate::vibrometer::motion::Motion;
+use crate::vibrometer::next_impact::NextImpactTuning;
 
 /// Process noise by impacts below a threshold of 1 mm/s, in modes B and C, in rad^2/s^3.
 const MISSED_RAD2_S3: [f64; 2] = [0.04, 4.0];
 const THRESHOLD_M_S: f64 = 1e-3;
+/// Variance of a kick of unknown sign, per `(c dv)^2`.
+const UNEXPLAINED: f64 = 0.68;
 /// Intensity of the kicks in modes B and C at times below a millisecond, in rad^2/s^3: see [`crate::ConstantRate`].
 const KICKS_RAD2_S3: [f64; 2] = [4260.0, 970.0];
 
@@ -41,6 +44,8 @@ pub struct ImpactAidedTuning<T> {
     pub(crate) jitter_c: Jitter<T>,
     /// Intensity of the kicks in modes B and C, in rad^2/s^3.
     pub(crate) kicks_rad2_s3: [T; 2],
+    /// What the impacts do that no sample has shown yet.
+    pub(crate) next_impact: NextImpactTuning<T>,
     /// Time between two samples of the vibrometer, in ns.
     pub(crate) sample_period_nanos: u64,
 }
@@ -64,39 +69,43 @@ impl<T: Real> ImpactAidedTuning<T> {
             turn_per_rise_rad_m: T::from_f64(params.lever() * cos / (sin * get(Parameter::ToothRadius))),
             ringing: RingingTuning::new(params),
             unexplained_b: T::from_f64(0.126),
-            unexplained: T::from_f64(0.68),
+            unexplained: T::from_f64(UNEXPLAINED),
             missed_rad2_s3: MISSED_RAD2_S3.map(T::from_f64),
             jitter_c: Jitter { angle_rad2: T::from_f64(4e-10), rate_rad2_s2: T::from_f64(1.2e-3) },
             kicks_rad2_s3: KICKS_RAD2_S3.map(T::from_f64),
+            next_impact: NextImpactTuning::new(
+                params,
+                UNEXPLAINED * kick * kick,
+                approach,
+                detector.gap_nanos,
+            ),
             sample_period_nanos: vibrometer.period_nanos,
         }
         .with_noise(detector.noise_m_s)
     }
 
-    /// Variance of the rate at `at` by impacts since the sample before, which no sample has shown yet: the intensity of
-    /// the kicks times that time. The newest sample was taken [`ImpactDetectorTuning::gap_nanos`] before
-    /// `detecting_until`; the samples before it are taken as evenly spaced.
+    /// Variance of the rate at `at` by impacts since the sample before, which the sample after it shows without their
+    /// instants: the intensity of the kicks times that time. The newest sample was taken at `known_until`; the samples
+    /// before it are taken as evenly spaced. Zero from the newest sample on.
     #[inline]
-    pub(crate) fn unseen(&self, motion: Motion, at: Time, detecting_until: Time) -> Jitter<T> {
+    pub(crate) fn between_samples(&self, motion: Motion, at: Time, known_until: Time) -> Jitter<T> {
+        if at >= known_until {
+            Jitter::none()
+        } else {
+            self.before_newest(motion, known_until.nanos_since(at))
+        }
+    }
+
+    #[cold]
+    fn before_newest(&self, motion: Motion, before_newest_nanos: u64) -> Jitter<T> {
         let [of_b, of_c] = self.kicks_rad2_s3;
         let rate_rad2_s3 = motion.of(of_b, of_c, T::zero());
-        let reaches = detecting_until.nanos_since(at);
-        let since_nanos = match self.detector.gap_nanos.checked_sub(reaches) {
-            Some(since_newest) => since_newest,
-            None => self.since_sample_before_nanos(reaches - self.detector.gap_nanos),
+        let since_nanos = match before_newest_nanos.checked_rem(self.sample_period_nanos) {
+            None | Some(0) => 0,
+            Some(until_next) => self.sample_period_nanos - until_next,
         };
         let since_s = T::from_f64(1e-9) * T::from_i32(i32::try_from(since_nanos).unwrap_or(i32::MAX));
         Jitter { angle_rad2: T::zero(), rate_rad2_s2: rate_rad2_s3 * since_s }
-    }
-
-    /// Time from the sample before an instant to it, in ns, where the instant is `before_newest_nanos` before the
-    /// newest sample.
-    #[cold]
-    fn since_sample_before_nanos(&self, before_newest_nanos: u64) -> u64 {
-        match before_newest_nanos.checked_rem(self.sample_period_nanos) {
-            None | Some(0) => 0,
-            Some(until_next) => self.sample_period_nanos - until_next,
-        }
     }
 
     /// For a vibrometer of this noise: a wider threshold misses larger impacts.
@@ -129,28 +138,26 @@ mod tests {
 
     use super::*;
 
-    /// Samples every 5 us, the newest at 1 ms: right after a sample nothing is unseen, before the next one the kicks of
-    /// the time since are, and of a rotor that lies on the teeth none.
+    /// Samples every 5 us, the newest at 1 ms: at a sample no impact is unseen, before the next one the kicks of the
+    /// time since are, after the newest the flight tells, and a rotor that lies on the teeth has none.
     #[test]
     fn exact_kicks_since_the_sample_before_are_unseen() {
         let tuning = ImpactAidedTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
-        let detecting_until = Time::from_micros(1000).plus_nanos(tuning.detector.gap_nanos);
+        let newest = Time::from_micros(1000);
         let b = Motion::Impacted(DriveMode::B);
         for (nanos, since_s) in [
             (1_000_000, 0.0),
-            (1_000_001, 1e-9),
-            (1_004_000, 4e-6),
-            (1_040_000, 4e-5),
+            (1_004_000, 0.0),
             (999_999, 4.999e-6),
             (996_000, 1e-6),
             (995_000, 0.0),
             (400_003, 3e-9),
         ] {
             let at = Time::from_nanos(nanos);
-            let unseen = tuning.unseen(b, at, detecting_until);
+            let unseen = tuning.between_samples(b, at, newest);
             let [of_b, _] = KICKS_RAD2_S3;
             assert!((unseen.rate_rad2_s2 - of_b * since_s).abs() < 1e-12, "{nanos}: {unseen:?}");
-            assert_eq!(tuning.unseen(Motion::Quiet, at, detecting_until), Jitter::none());
+            assert_eq!(tuning.between_samples(Motion::Quiet, at, newest), Jitter::none());
         }
     }
 

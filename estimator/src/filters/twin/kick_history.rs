@@ -9,6 +9,7 @@ use super::TwinFilter;
 use super::kick_record::KickRecord;
 use super::process::TwinProcess;
 use super::rotor::FactorKnowledge;
+use crate::vibrometer::next_impact::UnseenImpacts;
 
 impl<T: Real> TwinFilter<T> {
     /// The process up to `now`, that goes on from the propagated track.
@@ -19,7 +20,12 @@ impl<T: Real> TwinFilter<T> {
             motions: self.watch.motions(now),
             strength: &self.walk,
             taken_since: self.kick_use.since,
-            detecting_until: self.detecting_until(),
+            unseen: UnseenImpacts::new(
+                &self.tuning.without_stator.next_impact,
+                &self.detector,
+                self.drive,
+                self.kick_use.taken,
+            ),
             propagated: self.propagated.as_ref(),
         }
     }
@@ -45,12 +51,6 @@ impl<T: Real> TwinFilter<T> {
             let process = self.process(self.watch.clock());
             self.propagated = Some(process.with_newest(&propagated));
         }
-    }
-
-    /// Until when impacts would have been detected: time zero while the vibrometer is at fault, or kicks are not taken.
-    pub(super) fn detecting_until(&self) -> Time {
-        let newest = self.detector.newest().filter(|_| self.kick_use.taken && !self.detector.has_fault());
-        newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
     }
 
     /// Keeps a kick. One that becomes known only after its frame has been fused acts right after that frame.
@@ -82,7 +82,12 @@ impl<T: Real> TwinFilter<T> {
                 motions: self.watch.motions(self.watch.clock()),
                 strength: &self.walk,
                 taken_since: self.kick_use.since,
-                detecting_until: self.detecting_until(),
+                unseen: UnseenImpacts::new(
+                    &self.tuning.without_stator.next_impact,
+                    &self.detector,
+                    self.drive,
+                    self.kick_use.taken,
+                ),
                 propagated: None,
             };
             self.tracker.advance_to(oldest, &process);

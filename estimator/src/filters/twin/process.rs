@@ -12,6 +12,7 @@ use crate::camera::track::State;
 use crate::camera::track_covariance::Carried;
 use crate::vibrometer::motion::Motion;
 use crate::vibrometer::motion_history::{MotionPiece, Motions};
+use crate::vibrometer::next_impact::UnseenImpacts;
 
 /// Prediction of angle and rate under the kicks of the stator filter.
 pub(super) struct TwinProcess<'a, T> {
@@ -22,22 +23,24 @@ pub(super) struct TwinProcess<'a, T> {
     pub(super) strength: &'a WalkStrength<T>,
     /// Since when kicks are taken; before that the rate wanders as in [`crate::ConstantRate`].
     pub(super) taken_since: Time,
-    /// Until when impacts would have been detected; from then on the rate wanders as in [`crate::ConstantRate`].
-    pub(super) detecting_until: Time,
+    /// The impacts after the newest sample; where nothing is known of them the rate wanders as in
+    /// [`crate::ConstantRate`].
+    pub(super) unseen: UnseenImpacts<'a, T>,
     /// A prediction made before, from which a later one can go on.
     pub(super) propagated: Option<&'a PropagatedTrack<T>>,
 }
 
 impl<T: Real> Wander<T> for TwinProcess<'_, T> {
-    /// While impacts are detected and kicks are taken the rate does not wander.
+    /// While impacts are detected and kicks are taken the rate wanders only by the impacts that may come after the
+    /// newest sample.
     #[inline]
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
         let MotionPiece { motion, mut until, .. } = self.motions.piece(at);
         if motion != Motion::Quiet {
             if at < self.taken_since {
                 until = until.min(self.taken_since);
-            } else if at < self.detecting_until {
-                return Wandering { intensity_rad2_s3: T::zero(), until: until.min(self.detecting_until) };
+            } else if let Some(unseen) = self.unseen.wandering(at) {
+                return Wandering { until: until.min(unseen.until), ..unseen };
             }
         }
         let random_walk = &self.tuning.constant_rate.random_walk;
@@ -116,12 +119,12 @@ impl<T: Real> TwinProcess<'_, T> {
     }
 
     /// What is added to the variances of an estimate at `at`.
-    fn unseen(&self, at: Time) -> Jitter<T> {
+    fn unstated(&self, at: Time) -> Jitter<T> {
         let motion = self.motions.piece(at).motion;
-        if at > self.detecting_until {
+        if at > self.unseen.known_until && !self.unseen.covers(at) {
             return self.tuning.constant_rate.random_walk.jitter(motion).times(self.strength.under(motion));
         }
-        self.tuning.without_stator.unseen(motion, at, self.detecting_until)
+        self.tuning.without_stator.between_samples(motion, at, self.unseen.known_until)
     }
 }
 
@@ -137,7 +140,7 @@ impl<T: Real> Process<T, RotorCovariance<T>> for TwinProcess<'_, T> {
     }
 
     fn jitter(&self, at: Time) -> Jitter<T> {
-        self.unseen(at)
+        self.unstated(at)
     }
 }
 
@@ -147,18 +150,19 @@ impl<T: Real> Process<T, Carried<T, RotorCovariance<T>, 4>> for TwinProcess<'_, 
     }
 
     fn jitter(&self, at: Time) -> Jitter<T> {
-        self.unseen(at)
+        self.unstated(at)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use motor_model::{Angle, AngleAccumulator, DriveMode, MotorParams};
+    use motor_model::{Angle, AngleAccumulator, DriveCommand, DriveMode, MotorParams};
 
     use super::*;
     use crate::camera::angle_rate_covariance::AngleRateCovariance;
     use crate::camera::track_covariance::TrackCovariance as _;
     use crate::instruments::Instruments;
+    use crate::vibrometer::next_impact::tests::flying;
 
     fn exact_state() -> State<f64> {
         State {
@@ -169,22 +173,28 @@ mod tests {
         }
     }
 
-    /// Kicks are taken from 2 ms on, and impacts would have been detected until 4 ms: the rate wanders for 1 ms before
-    /// and 1 ms after. Between them kicks are all that changes it.
+    /// Kicks are taken from 2 ms on, and a rotor high above the teeth is known until 4 ms and its flight believed for
+    /// 0.2 ms more: the rate wanders for 1 ms before and 1 ms after. Between them kicks are all that changes it.
     #[test]
     fn exact_the_rate_wanders_where_no_kicks_are_taken() {
         let tuning = TwinTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
+        let detector = flying(tuning.detector, Time::from_micros(4000), 0.03);
         let process = TwinProcess {
             tuning: &tuning,
             kicks: &KickRecords::new(),
             motions: Motions::always(Motion::Impacted(DriveMode::B)),
             strength: &WalkStrength::expected(),
             taken_since: Time::from_micros(2000),
-            detecting_until: Time::from_micros(4000),
+            unseen: UnseenImpacts::new(
+                &tuning.without_stator.next_impact,
+                &detector,
+                DriveCommand::full(DriveMode::B),
+                true,
+            ),
             propagated: None,
         };
         let mut state = exact_state();
-        process.wander(&mut state, false, Time::from_micros(5000));
+        process.wander(&mut state, false, Time::from_micros(5200));
         let expected = 2e-3 * tuning.constant_rate.random_walk.impacted_b_rad2_s3;
         let own = state.covariance.rate_rad2_s2();
         assert!((own / expected - 1.0).abs() < 1e-9, "{own} {expected}");
@@ -198,13 +208,19 @@ mod tests {
         kicks
             .push_back(super::super::kick_record::KickRecord::of_unknown_sign(Time::from_micros(1500), 1.0))
             .unwrap();
+        let detector = flying(tuning.detector, Time::from_micros(4000), 0.03);
         let process = TwinProcess {
             tuning: &tuning,
             kicks: &kicks,
             motions: Motions::always(Motion::Quiet),
             strength: &WalkStrength::expected(),
             taken_since: Time::ZERO,
-            detecting_until: Time::from_micros(4000),
+            unseen: UnseenImpacts::new(
+                &tuning.without_stator.next_impact,
+                &detector,
+                DriveCommand::full(DriveMode::B),
+                true,
+            ),
             propagated: None,
         };
         let walk = &tuning.constant_rate.random_walk;

@@ -29,6 +29,8 @@ pub(super) struct Effort {
     pub(super) compared_trials: u64,
     /// Moves by what each part has time for.
     pub(super) part_trials: u64,
+    /// Motors that hold rates at each latency.
+    pub(super) latency_motors: u64,
     /// Moves at each tolerance, of the height-only rotor and of one that tilts.
     pub(super) tolerance_trials: [u32; 2],
     /// Motors that are commissioned and moved: height only, and of each scene that tilts.
@@ -74,6 +76,7 @@ impl Effort {
         trials: 10_000,
         compared_trials: 200,
         part_trials: 200,
+        latency_motors: 4,
         tolerance_trials: [400, 20],
         commissioned_motors: [100, 10],
         grid_motors: 20,
@@ -105,6 +108,7 @@ impl Effort {
         trials: 20,
         compared_trials: 2,
         part_trials: 2,
+        latency_motors: 1,
         tolerance_trials: [2, 0],
         commissioned_motors: [1, 0],
         grid_motors: 1,
