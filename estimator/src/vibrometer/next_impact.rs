@@ -284,7 +284,8 @@ pub(crate) mod tests {
         assert!((intensity - 48_000.0).abs() < 1e-6, "{intensity}");
     }
 
-    /// Before the newest sample all is known, and beyond the flight nothing; nor is it where impacts are not taken.
+    /// Before the newest sample all is known, and beyond the flight nothing; nor is it where impacts are not taken, or
+    /// the vibrometer is at fault.
     #[test]
     fn exact_nothing_is_told_beyond_the_flight() {
         let tuning =
@@ -297,6 +298,10 @@ pub(crate) mod tests {
         assert!(unseen.wandering(Time::from_micros(5199)).is_some());
         assert!(unseen.wandering(Time::from_micros(5200)).is_none());
         assert!(UnseenImpacts::new(&tuning, &detector, drive, false).wandering(NEWEST).is_none());
+        let mut unfit = detector;
+        unfit.set_noise(1.0);
+        assert_eq!(unfit.fault(), Some(crate::Reason::VibrometerUnfit));
+        assert!(UnseenImpacts::new(&tuning, &unfit, drive, true).wandering(NEWEST).is_none());
     }
 
     proptest! {

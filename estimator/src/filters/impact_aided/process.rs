@@ -163,29 +163,31 @@ mod tests {
         assert!((variance - (0.6 * 0.6 / 3.0 + 0.01)).abs() < 1e-12, "{variance}");
     }
 
-    /// A rotor in flight above the teeth, all impacts known until 3 ms: until then, and as long as the flight is
-    /// believed, only missed ones make the rate wander, and then all.
+    /// All impacts are known until 3 ms, and a flight is believed for 0.2 ms more. Until 3 ms only missed impacts make
+    /// the rate wander, and after the flight all, with the jitter of their kicks. In between a rotor high above the
+    /// teeth is struck by none, and one that falls onto them by 4000 kicks of 3.5 rad/s in a second.
     #[test]
-    fn exact_the_rate_wanders_by_missed_impacts_and_then_by_all() {
+    fn exact_the_rate_wanders_by_the_impacts_that_may_come() {
         let tuning = ImpactAidedTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
-        let known_until = Time::from_micros(3000);
-        let detector = flying(tuning.detector, known_until, 0.03);
-        let process = KickedRate {
-            tuning: &tuning,
-            kicks: &ImpactKicks::new(),
-            motions: Motions::always(Motion::Impacted(DriveMode::B)),
-            unseen: UnseenImpacts::new(
-                &tuning.next_impact,
-                &detector,
-                DriveCommand::full(DriveMode::B),
-                true,
-            ),
-        };
-        let mut state = exact_state();
-        process.wander(&mut state, false, Time::from_micros(4200));
         let [missed, _] = tuning.missed_rad2_s3;
-        let expected = 2.2e-3 * missed + 1e-3 * tuning.constant_rate.random_walk.impacted_b_rad2_s3;
-        let own = TrackCovariance::rate_rad2_s2(&state.covariance);
-        assert!((own / expected - 1.0).abs() < 1e-9, "{own} {expected}");
+        let walk = &tuning.constant_rate.random_walk;
+        let high = flying(tuning.detector, Time::from_micros(3000), 0.03);
+        for (detector, ahead) in [(high, 0.0), (high.moved(0.0, -0.1), 48_000.0)] {
+            let drive = DriveCommand::full(DriveMode::B);
+            let process = KickedRate {
+                tuning: &tuning,
+                kicks: &ImpactKicks::new(),
+                motions: Motions::always(Motion::Impacted(DriveMode::B)),
+                unseen: UnseenImpacts::new(&tuning.next_impact, &detector, drive, true),
+            };
+            let mut state = exact_state();
+            process.wander(&mut state, false, Time::from_micros(4200));
+            let expected = 2.2e-3 * missed + 0.2e-3 * ahead + 1e-3 * walk.impacted_b_rad2_s3;
+            let own = TrackCovariance::rate_rad2_s2(&state.covariance);
+            assert!((own / expected - 1.0).abs() < 1e-9, "{own} {expected}");
+            let jitter = |micros| Process::<f64>::jitter(&process, Time::from_micros(micros));
+            assert_eq!((jitter(3000), jitter(3199)), (Jitter::none(), Jitter::none()));
+            assert_eq!(jitter(3200), walk.jitter_b);
+        }
     }
 }

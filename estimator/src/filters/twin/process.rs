@@ -173,31 +173,34 @@ mod tests {
         }
     }
 
-    /// Kicks are taken from 2 ms on, and a rotor high above the teeth is known until 4 ms and its flight believed for
-    /// 0.2 ms more: the rate wanders for 1 ms before and 1 ms after. Between them kicks are all that changes it.
+    /// Kicks are taken from 2 ms on, all impacts are known until 4 ms, and a flight is believed for 0.2 ms more. The rate
+    /// wanders for 1 ms before and 1 ms after. Between them only kicks change it, and those that may come: a rotor high
+    /// above the teeth is struck by none, and one that falls onto them by 4000 of 3.5 rad/s in a second.
     #[test]
-    fn exact_the_rate_wanders_where_no_kicks_are_taken() {
+    fn exact_the_rate_wanders_where_kicks_are_not_known() {
         let tuning = TwinTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
-        let detector = flying(tuning.detector, Time::from_micros(4000), 0.03);
-        let process = TwinProcess {
-            tuning: &tuning,
-            kicks: &KickRecords::new(),
-            motions: Motions::always(Motion::Impacted(DriveMode::B)),
-            strength: &WalkStrength::expected(),
-            taken_since: Time::from_micros(2000),
-            unseen: UnseenImpacts::new(
-                &tuning.without_stator.next_impact,
-                &detector,
-                DriveCommand::full(DriveMode::B),
-                true,
-            ),
-            propagated: None,
-        };
-        let mut state = exact_state();
-        process.wander(&mut state, false, Time::from_micros(5200));
-        let expected = 2e-3 * tuning.constant_rate.random_walk.impacted_b_rad2_s3;
-        let own = state.covariance.rate_rad2_s2();
-        assert!((own / expected - 1.0).abs() < 1e-9, "{own} {expected}");
+        let next_impact = &tuning.without_stator.next_impact;
+        let walk = &tuning.constant_rate.random_walk;
+        let high = flying(tuning.detector, Time::from_micros(4000), 0.03);
+        for (detector, ahead) in [(high, 0.0), (high.moved(0.0, -0.1), 48_000.0)] {
+            let process = TwinProcess {
+                tuning: &tuning,
+                kicks: &KickRecords::new(),
+                motions: Motions::always(Motion::Impacted(DriveMode::B)),
+                strength: &WalkStrength::expected(),
+                taken_since: Time::from_micros(2000),
+                unseen: UnseenImpacts::new(next_impact, &detector, DriveCommand::full(DriveMode::B), true),
+                propagated: None,
+            };
+            let mut state = exact_state();
+            process.wander(&mut state, false, Time::from_micros(5200));
+            let expected = 2e-3 * walk.impacted_b_rad2_s3 + 0.2e-3 * ahead;
+            let own = state.covariance.rate_rad2_s2();
+            assert!((own / expected - 1.0).abs() < 1e-9, "{own} {expected}");
+            let unstated = |micros| process.unstated(Time::from_micros(micros));
+            assert_eq!((unstated(4000), unstated(4199)), (Jitter::none(), Jitter::none()));
+            assert_eq!(unstated(4200), walk.jitter_b);
+        }
     }
 
     /// A kick moves a rotor that slides on quiet teeth, and not one that lies still there.

@@ -314,3 +314,29 @@ fn exact_a_wrong_sign_is_told_by_the_second_fall() {
     });
     assert_eq!(told, [None, Some(Reason::VibrometerErratic), Some(Reason::VibrometerInverted)]);
 }
+
+/// Height and jump of a flight that begins with an upward velocity of 20 mm/s after a fall of 10 mm/s and more, 200
+/// samples long: the integral of the velocity in flight from the first sample on. The next impact begins both anew.
+#[test]
+fn exact_height_and_jump_are_those_of_the_last_flight() {
+    let tuning = tuning(5.0);
+    let mut detector = ImpactDetector::new(tuning);
+    for n in 0..200 {
+        detector.observe(&sample(n + 1, flight(&tuning, -0.01, n)));
+    }
+    for n in 0..=200 {
+        detector.observe(&sample(n + 201, flight(&tuning, 0.02, n)));
+    }
+    let jump_m_s = 0.02 - flight(&tuning, -0.01, 200);
+    assert!((detector.jump_m_s() - jump_m_s).abs() < 1e-6, "{} {jump_m_s}", detector.jump_m_s());
+    let terminal = tuning.gravity_m_s2 / tuning.damping_per_s;
+    let duration_s = 200.0 * 5e-6;
+    let kept = (-tuning.damping_per_s * duration_s).exp();
+    let height_m = (0.02 + terminal) * (1.0 - kept) / tuning.damping_per_s - terminal * duration_s;
+    // The sum of 200 samples is off by half of one step of the velocity's change in them.
+    let off_m = 0.5 * 5e-6 * (0.02 - flight(&tuning, 0.02, 200)) + 1e-9;
+    assert!((detector.height_m() - height_m).abs() < off_m, "{} {height_m}", detector.height_m());
+    detector.observe(&sample(402, 0.05));
+    let jump_m_s = 0.05 - flight(&tuning, 0.02, 201);
+    assert!(detector.height_m().abs() < 1e-12 && (detector.jump_m_s() - jump_m_s).abs() < 1e-6);
+}
