@@ -164,15 +164,15 @@ mod tests {
     }
 
     /// All impacts are known until 3 ms, and a flight is believed for 0.2 ms more. Until 3 ms only missed impacts make
-    /// the rate wander, and after the flight all, with the jitter of their kicks. In between a rotor high above the
-    /// teeth is struck by none, and one that falls onto them by 4000 kicks of 3.5 rad/s in a second.
+    /// the rate wander, and after the flight all, with the jitter of their kicks. In between a rotor that falls fast
+    /// onto the teeth is struck by 4000 kicks of 3.5 rad/s in a second, and one high above by a two-hundredth of that.
     #[test]
     fn exact_the_rate_wanders_by_the_impacts_that_may_come() {
         let tuning = ImpactAidedTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
         let [missed, _] = tuning.missed_rad2_s3;
         let walk = &tuning.constant_rate.random_walk;
-        let high = flying(tuning.detector, Time::from_micros(3000), 0.03);
-        for (detector, ahead) in [(high, 0.0), (high.moved(0.0, -0.1), 48_000.0)] {
+        let high = flying(tuning.detector, Time::from_micros(3000), 0.03).moved(1e-4, 0.1);
+        for (detector, ahead) in [(high, 240.0), (high.moved(0.0, -0.1), 48_000.0)] {
             let drive = DriveCommand::full(DriveMode::B);
             let process = KickedRate {
                 tuning: &tuning,

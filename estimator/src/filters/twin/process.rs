@@ -173,16 +173,16 @@ mod tests {
         }
     }
 
-    /// Kicks are taken from 2 ms on, all impacts are known until 4 ms, and a flight is believed for 0.2 ms more. The rate
-    /// wanders for 1 ms before and 1 ms after. Between them only kicks change it, and those that may come: a rotor high
-    /// above the teeth is struck by none, and one that falls onto them by 4000 of 3.5 rad/s in a second.
+    /// Kicks are taken from 2 ms on, all impacts are known until 4 ms, and a flight is believed for 0.2 ms more. The
+    /// rate wanders for 1 ms before and 1 ms after. Between them only kicks change it, and those that may come: a rotor
+    /// that falls fast onto the teeth is struck by 4000 of 3.5 rad/s in a second, one high above by a two-hundredth.
     #[test]
     fn exact_the_rate_wanders_where_kicks_are_not_known() {
         let tuning = TwinTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
         let next_impact = &tuning.without_stator.next_impact;
         let walk = &tuning.constant_rate.random_walk;
-        let high = flying(tuning.detector, Time::from_micros(4000), 0.03);
-        for (detector, ahead) in [(high, 0.0), (high.moved(0.0, -0.1), 48_000.0)] {
+        let high = flying(tuning.detector, Time::from_micros(4000), 0.03).moved(1e-4, 0.1);
+        for (detector, ahead) in [(high, 240.0), (high.moved(0.0, -0.1), 48_000.0)] {
             let process = TwinProcess {
                 tuning: &tuning,
                 kicks: &KickRecords::new(),
