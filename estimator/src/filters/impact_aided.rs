@@ -42,7 +42,7 @@
 //!                    sample                            what it does to the rate
 //!   impact           jump dv upwards                   kick of mean and variance above
 //!   fall             jump downwards: a wrong sample    kick of unknown sign, as large as the fall
-//!   none yet         an instant after the newest      random walk while an impact can come (F20)
+//!   none yet         an instant after the newest       random walk while an impact can come (F20)
 //!   gap              first sample after a gap          random walk over the gap, as in ConstantRate
 //!   fault ends       sign or scale right again         kick of unknown sign right after the last frame
 //! ```
