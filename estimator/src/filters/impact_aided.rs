@@ -63,7 +63,6 @@ use crate::innovation::{ImpactInnovation, Innovation};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::{Motion, MotionWatch};
-use crate::vibrometer::next_impact::UnseenImpacts;
 use process::{ImpactKick, ImpactKicks, KickedRate};
 pub use tuning::ImpactAidedTuning;
 
@@ -121,7 +120,7 @@ impl<T: Real> ImpactAided<T> {
             tuning: &self.tuning,
             kicks: &self.kicks,
             motions: self.watch.motions(now),
-            unseen: UnseenImpacts::new(&self.tuning.next_impact, &self.detector, self.drive, true),
+            unseen: self.tuning.next_impact.unseen(&self.detector, self.drive, true),
         }
     }
 
@@ -243,7 +242,7 @@ impl<T: Real> ImpactAided<T> {
                 tuning: &self.tuning,
                 kicks: &self.kicks,
                 motions,
-                unseen: UnseenImpacts::new(&self.tuning.next_impact, &self.detector, self.drive, true),
+                unseen: self.tuning.next_impact.unseen(&self.detector, self.drive, true),
             };
             self.tracker.advance_to(oldest, &process);
             self.drop_old_kicks();
@@ -303,7 +302,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
             tuning: &self.tuning,
             kicks: &self.kicks,
             motions: self.watch.motions(clock.max(frame.exposed_at)),
-            unseen: UnseenImpacts::new(&self.tuning.next_impact, &self.detector, self.drive, true),
+            unseen: self.tuning.next_impact.unseen(&self.detector, self.drive, true),
         };
         let from = self.tracker.newest_at().min(frame.exposed_at);
         let context = FrameContext {

@@ -138,7 +138,6 @@ use crate::innovation::{ImpactInnovation, Innovation};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::{Motion, MotionWatch};
-use crate::vibrometer::next_impact::UnseenImpacts;
 pub use checked_motor::CheckedMotor;
 use kick_record::KickRecords;
 use kick_use::KickUse;
@@ -314,18 +313,14 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
 
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
         let clock = self.watch.clock();
+        let next_impact = &self.tuning.without_stator.next_impact;
         let process = TwinProcess {
             tuning: &self.tuning,
             kicks: &self.kicks,
             motions: self.watch.motions(clock.max(frame.exposed_at)),
             strength: &self.walk,
             taken_since: self.kick_use.since,
-            unseen: UnseenImpacts::new(
-                &self.tuning.without_stator.next_impact,
-                &self.detector,
-                self.drive,
-                self.kick_use.taken,
-            ),
+            unseen: next_impact.unseen(&self.detector, self.drive, self.kick_use.taken),
             propagated: None,
         };
         let motion = process.motions.throughout(self.tracker.newest_at().min(frame.exposed_at));

@@ -104,6 +104,20 @@ impl<T: Real> NextImpactTuning<T> {
         }
     }
 
+    /// The impacts after the newest sample of `detector`, under `drive`; after none, where the vibrometer is at fault
+    /// or impacts are not `taken`.
+    pub(crate) fn unseen<'a>(
+        &'a self,
+        detector: &'a ImpactDetector<T>,
+        drive: DriveCommand,
+        taken: bool,
+    ) -> UnseenImpacts<'a, T> {
+        let newest = detector.newest().filter(|_| taken && !detector.has_fault());
+        let (known_until, believed_nanos) =
+            newest.map_or((Time::ZERO, 0), |newest| (newest, self.ahead_nanos));
+        UnseenImpacts { tuning: self, detector, drive, known_until, believed_nanos }
+    }
+
     fn swing(&self, drive: DriveCommand) -> &Swing<T> {
         let [of_b, of_c] = &self.swings;
         if drive.mode() == Some(DriveMode::C) { of_c } else { of_b }
@@ -139,21 +153,7 @@ pub(crate) struct UnseenImpacts<'a, T> {
     believed_nanos: u64,
 }
 
-impl<'a, T: Real> UnseenImpacts<'a, T> {
-    /// After the newest sample of `detector`, under `drive`; after none, where the vibrometer is at fault or impacts
-    /// are not `taken`.
-    pub(crate) fn new(
-        tuning: &'a NextImpactTuning<T>,
-        detector: &'a ImpactDetector<T>,
-        drive: DriveCommand,
-        taken: bool,
-    ) -> Self {
-        let newest = detector.newest().filter(|_| taken && !detector.has_fault());
-        let (known_until, believed_nanos) =
-            newest.map_or((Time::ZERO, 0), |newest| (newest, tuning.ahead_nanos));
-        Self { tuning, detector, drive, known_until, believed_nanos }
-    }
-
+impl<T: Real> UnseenImpacts<'_, T> {
     /// Whether the flight is believed at `at`, or all impacts until then are known.
     #[inline]
     pub(crate) fn covers(&self, at: Time) -> bool {
@@ -234,7 +234,7 @@ pub(crate) mod tests {
     fn walks<const N: usize>(detector: &ImpactDetector<f64>, micros: [u64; N]) -> [(f64, f64); N] {
         let tuning =
             ImpactAidedTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default()).next_impact;
-        let unseen = UnseenImpacts::new(&tuning, detector, DriveCommand::full(DriveMode::B), true);
+        let unseen = tuning.unseen(detector, DriveCommand::full(DriveMode::B), true);
         let walk = |micros: u64| {
             let walk = unseen.wandering(NEWEST.plus_nanos(1000 * micros)).expect("a flight that is believed");
             (walk.intensity_rad2_s3, 1e-3 * walk.until.nanos_since(NEWEST) as f64)
@@ -299,16 +299,16 @@ pub(crate) mod tests {
             ImpactAidedTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default()).next_impact;
         let detector = at_height(0.0, -0.01);
         let drive = DriveCommand::full(DriveMode::B);
-        let unseen = UnseenImpacts::new(&tuning, &detector, drive, true);
+        let unseen = tuning.unseen(&detector, drive, true);
         let before = unseen.wandering(Time::from_micros(4999)).expect("known");
         assert!(before.intensity_rad2_s3 <= 0.0 && before.until == NEWEST, "{before:?}");
         assert!(unseen.wandering(Time::from_micros(5199)).is_some());
         assert!(unseen.wandering(Time::from_micros(5200)).is_none());
-        assert!(UnseenImpacts::new(&tuning, &detector, drive, false).wandering(NEWEST).is_none());
+        assert!(tuning.unseen(&detector, drive, false).wandering(NEWEST).is_none());
         let mut unfit = detector;
         unfit.set_noise(1.0);
         assert_eq!(unfit.fault(), Some(crate::Reason::VibrometerUnfit));
-        assert!(UnseenImpacts::new(&tuning, &unfit, drive, true).wandering(NEWEST).is_none());
+        assert!(tuning.unseen(&unfit, drive, true).wandering(NEWEST).is_none());
     }
 
     proptest! {
@@ -326,7 +326,7 @@ pub(crate) mod tests {
             let detector = at_height(height_m, velocity_m_s).struck(jump_m_s);
             let on = DriveCommand::saturating(DriveMode::C, amplitude);
             let drive = if off { DriveCommand::OFF } else { on };
-            let unseen = UnseenImpacts::new(&tuning, &detector, drive, true);
+            let unseen = tuning.unseen(&detector, drive, true);
             let (mut at, mut pieces) = (NEWEST, 0);
             while let Some(walk) = unseen.wandering(at) {
                 prop_assert!(walk.until > at && walk.until <= NEWEST.plus_nanos(AHEAD_NANOS), "{walk:?}");

@@ -178,7 +178,7 @@ mod tests {
                 tuning: &tuning,
                 kicks: &ImpactKicks::new(),
                 motions: Motions::always(Motion::Impacted(DriveMode::B)),
-                unseen: UnseenImpacts::new(&tuning.next_impact, &detector, drive, true),
+                unseen: tuning.next_impact.unseen(&detector, drive, true),
             };
             let mut state = exact_state();
             process.wander(&mut state, false, Time::from_micros(4200));

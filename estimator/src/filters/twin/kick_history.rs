@@ -9,23 +9,18 @@ use super::TwinFilter;
 use super::kick_record::KickRecord;
 use super::process::TwinProcess;
 use super::rotor::FactorKnowledge;
-use crate::vibrometer::next_impact::UnseenImpacts;
 
 impl<T: Real> TwinFilter<T> {
     /// The process up to `now`, that goes on from the propagated track.
     pub(super) fn process(&self, now: Time) -> TwinProcess<'_, T> {
+        let next_impact = &self.tuning.without_stator.next_impact;
         TwinProcess {
             tuning: &self.tuning,
             kicks: &self.kicks,
             motions: self.watch.motions(now),
             strength: &self.walk,
             taken_since: self.kick_use.since,
-            unseen: UnseenImpacts::new(
-                &self.tuning.without_stator.next_impact,
-                &self.detector,
-                self.drive,
-                self.kick_use.taken,
-            ),
+            unseen: next_impact.unseen(&self.detector, self.drive, self.kick_use.taken),
             propagated: self.propagated.as_ref(),
         }
     }
@@ -76,18 +71,14 @@ impl<T: Real> TwinFilter<T> {
             && self.kicks.is_full()
         {
             // Written out, since the process borrows the kicks while the tracker changes.
+            let next_impact = &self.tuning.without_stator.next_impact;
             let process = TwinProcess {
                 tuning: &self.tuning,
                 kicks: &self.kicks,
                 motions: self.watch.motions(self.watch.clock()),
                 strength: &self.walk,
                 taken_since: self.kick_use.since,
-                unseen: UnseenImpacts::new(
-                    &self.tuning.without_stator.next_impact,
-                    &self.detector,
-                    self.drive,
-                    self.kick_use.taken,
-                ),
+                unseen: next_impact.unseen(&self.detector, self.drive, self.kick_use.taken),
                 propagated: None,
             };
             self.tracker.advance_to(oldest, &process);

@@ -189,7 +189,7 @@ mod tests {
                 motions: Motions::always(Motion::Impacted(DriveMode::B)),
                 strength: &WalkStrength::expected(),
                 taken_since: Time::from_micros(2000),
-                unseen: UnseenImpacts::new(next_impact, &detector, DriveCommand::full(DriveMode::B), true),
+                unseen: next_impact.unseen(&detector, DriveCommand::full(DriveMode::B), true),
                 propagated: None,
             };
             let mut state = exact_state();
@@ -218,12 +218,7 @@ mod tests {
             motions: Motions::always(Motion::Quiet),
             strength: &WalkStrength::expected(),
             taken_since: Time::ZERO,
-            unseen: UnseenImpacts::new(
-                &tuning.without_stator.next_impact,
-                &detector,
-                DriveCommand::full(DriveMode::B),
-                true,
-            ),
+            unseen: tuning.without_stator.next_impact.unseen(&detector, DriveCommand::OFF, true),
             propagated: None,
         };
         let walk = &tuning.constant_rate.random_walk;
