@@ -54,26 +54,22 @@ cargo fuzz --version
 heading "property tests are built"
 mapfile -t sources < <(git ls-files --cached --others --exclude-standard '*.rs' | xargs grep -l 'proptest!')
 names=$(awk -f tests/property_tests.awk "${sources[@]}" | sort -u)
-build_log=$found/build.log
+artifacts=$found/artifacts.json
 cargo test --workspace --exclude fuzz --exclude micromotor-python --features tests/peers \
-    --lib --bins --tests --no-run 2>&1 |
-    tee "$build_log" | grep -v Compiling || true
+    --lib --bins --tests --no-run --message-format json-render-diagnostics >"$artifacts"
 cargo clippy --package micromotor-sim --all-targets --features peers -- -D warnings
 cargo test --package tests --features peers --test system -- command::tool_accuracy
-mapfile -t binaries < <(sed -n 's/^ *Executable .*(\(.*\))$/\1/p' "$build_log")
+# FOLDER BINARY: a package's folder, and a test binary of it.
+mapfile -t binaries < <(sed -n \
+    's/.*"manifest_path":"\([^"]*\)\/Cargo\.toml".*"profile":{[^}]*"test":true}.*"executable":"\([^"]*\)".*/\1 \2/p' "$artifacts")
 if ((${#binaries[@]} == 0)); then
     echo "tests/soak.sh: the tests do not build" >&2
     exit 1
 fi
-# PACKAGE BINARY TEST, one a line.
+# FOLDER BINARY TEST, one a line.
 properties=$found/properties.txt
-for binary in "${binaries[@]}"; do
-    package=$(basename "$binary" | sed 's/-[0-9a-f]*$//; s/_/-/g')
-    case $package in
-    system | qemu) package=tests ;;
-    esac
-    binary=$(realpath "$binary")
-    "$binary" --list 2>/dev/null | sed -n 's/: test$//p' | awk -v names="$names" -v prefix="$package $binary" '
+for line in "${binaries[@]}"; do
+    "${line#* }" --list 2>/dev/null | sed -n 's/: test$//p' | awk -v names="$names" -v prefix="$line" '
         BEGIN { count = split(names, list, "\n"); for (i = 1; i <= count; i++) wanted[list[i]] = 1 }
         { name = $0; sub(/.*::/, "", name); if (name in wanted) print prefix, $0 }'
 done >"$properties"
@@ -97,21 +93,22 @@ left() { echo $((end - SECONDS)); }
 
 # One property test from one seed.
 property() {
-    local package=$1 binary=$2 name=$3 seed=$4 cases=$5 limit log began status=0 result=passed
+    local folder=$1 binary=$2 name=$3 seed=$4 cases=$5 package limit log began status=0 result=passed
+    package=$(basename "$folder")
     limit=$(left)
     ((limit < property_limit_s)) || limit=$property_limit_s
     log=$found/$package-${name//::/.}-$seed.log
     began=$SECONDS
     local variables=("PROPTEST_RNG_SEED=$seed" PROPTEST_DISABLE_FAILURE_PERSISTENCE=1)
     [[ $cases == own ]] || variables+=("PROPTEST_CASES=$cases")
-    (cd "$package" && env "${variables[@]}" timeout "$limit" "$binary" --exact "$name") >"$log" 2>&1 || status=$?
+    (cd "$folder" && env "${variables[@]}" timeout "$limit" "$binary" --exact "$name") >"$log" 2>&1 || status=$?
     case $status in
     0) rm "$log" ;;
     124) result="cut short" && rm "$log" ;;
     *)
         result=failed
         failed "$package $name, seed $seed" "$log" \
-            "${variables[*]} cargo test --manifest-path $package/Cargo.toml -- --exact $name"
+            "${variables[*]} cargo test --manifest-path $folder/Cargo.toml -- --exact $name"
         ;;
     esac
     note "$package $name" "$seed" $((SECONDS - began)) "$result"
@@ -119,16 +116,16 @@ property() {
 
 # Rounds over all property tests, a fresh seed each.
 all_properties() {
-    local round=0 seed cases package binary name
+    local round=0 seed cases folder binary name
     while (($(left) > 0)); do
         round=$((round + 1))
         seed=$(fresh_seed)
         cases=own
         ((round % 2)) || cases=$more_cases
         echo "property tests, round $round: seed $seed, cases: $cases"
-        while read -r package binary name; do
+        while read -r folder binary name; do
             (($(left) > 0)) || break
-            given_up "$package $name" || property "$package" "$binary" "$name" "$seed" "$cases"
+            given_up "$(basename "$folder") $name" || property "$folder" "$binary" "$name" "$seed" "$cases"
         done <"$properties"
     done
 }

@@ -54,6 +54,8 @@ impl StackGauge {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
+
     use proptest::prelude::*;
 
     use super::*;
@@ -70,14 +72,15 @@ mod tests {
         ) {
             let mut gauge = StackGauge::new(words);
             let (mut deepest, mut at_begin) = (0, 0);
+            let mut used = std::vec![false; words];
             for depth in depths {
                 deepest = deepest.max(depth.min(words));
-                // A word in three within the used part has the value of an unused one, but not the deepest.
+                // A word in three within the used part has the value of an unused one, but not the deepest of a depth.
                 let first_used = words - deepest;
-                let is_unused = |word: usize| {
-                    assert!(word < words, "beyond the stack");
-                    word < first_used || (word > first_used && word.is_multiple_of(3))
-                };
+                for (word, used) in used.iter_mut().enumerate().skip(first_used) {
+                    *used |= word == first_used || !word.is_multiple_of(3);
+                }
+                let is_unused = |word: usize| !used[word];
                 for _ in 0..3 {
                     if gauge.look(per_tick, is_unused) {
                         prop_assert!(gauge.bytes_max() <= u32::try_from(4 * deepest).unwrap());
