@@ -98,7 +98,7 @@ check_firmware() {
         lint() { cargo clippy --profile firmware --target "$target" "$@" -- -D warnings; }
         lint --package firmware --package firmware-checks --lib --bins
         # As firmware/BRINGUP.md builds them, and one with the filter that it leaves out.
-        local g474=(--no-default-features --features stm32g474,commissioning,impact_aided,keep)
+        local g474=(--no-default-features --features stm32g474,commissioning,keep)
         local h743=(--no-default-features --features stm32h743,commissioning,impact_aided)
         lint --package firmware --lib --bin board --features stm32g474
         lint --package firmware --lib --bin board "${h743[@]}"

@@ -59,9 +59,11 @@ cargo test --workspace --exclude fuzz --exclude micromotor-python --features tes
     --lib --bins --tests --no-run --message-format json-render-diagnostics >"$artifacts"
 cargo clippy --package micromotor-sim --all-targets --features peers -- -D warnings
 cargo test --package tests --features peers --test system -- command::tool_accuracy
-# FOLDER BINARY: a package's folder, and a test binary of it.
-mapfile -t binaries < <(sed -n \
-    's/.*"manifest_path":"\([^"]*\)\/Cargo\.toml".*"profile":{[^}]*"test":true}.*"executable":"\([^"]*\)".*/\1 \2/p' "$artifacts")
+# FOLDER BINARY: a package's folder, and a test binary of it. An artifact is a line of JSON.
+tested() { grep '"profile":{[^}]*"test":true}' "$artifacts"; }
+folder='.*"manifest_path":"\([^"]*\)\/Cargo\.toml"'
+binary='.*"executable":"\([^"]*\)".*'
+mapfile -t binaries < <(tested | sed -n "s/$folder$binary/\1 \2/p")
 if ((${#binaries[@]} == 0)); then
     echo "tests/soak.sh: the tests do not build" >&2
     exit 1

@@ -10,8 +10,10 @@
 //! after it bring little. What the loop does is a function of the measurements alone, however long each tick takes: all
 //! commands act after the same time, and the filter is told of each when it acts.
 
+use core::mem;
+
 use heapless::Deque;
-use motor_model::Time;
+use motor_model::{DriveCommand, Time};
 
 use crate::tick::TICK_NANOS;
 
@@ -23,10 +25,23 @@ pub(crate) fn acts_at(now: Time, latency_ticks: usize) -> Time {
     now.plus_nanos(TICK_NANOS * latency_ticks.min(LATENCY_TICKS_MAX) as u64)
 }
 
-/// The decisions whose commands do not act yet, oldest first.
+/// What [`InFlight`] holds.
+pub trait Decision: Copy {
+    /// That of a tick before the first decision acts: drive off.
+    const UNDECIDED: Self;
+}
+
+impl Decision for DriveCommand {
+    const UNDECIDED: Self = Self::OFF;
+}
+
+/// The decisions whose commands do not act yet: a ring.
 #[derive(Clone, Debug)]
 pub struct InFlight<R> {
+    /// Full once there is one; as many are used as the latency has ticks.
     decisions: Deque<R, LATENCY_TICKS_MAX>,
+    /// Place of the oldest.
+    oldest: usize,
 }
 
 impl<R> Default for InFlight<R> {
@@ -38,31 +53,45 @@ impl<R> Default for InFlight<R> {
 impl<R> InFlight<R> {
     /// No decision.
     pub const fn new() -> Self {
-        Self { decisions: Deque::new() }
+        Self { decisions: Deque::new(), oldest: 0 }
     }
 
-    /// Takes the decision of this tick, and gives the one whose command acts from this tick on: that of `latency_ticks`
-    /// before, and with a latency of 0 its own. `None` in the first ticks.
+    /// Takes the decision of this tick, and puts in its place the one whose command acts from this tick on: that of
+    /// `latency_ticks` before, and with a latency of 0 its own. In the first ticks it is [`Decision::UNDECIDED`].
     ///
-    /// A latency above [`LATENCY_TICKS_MAX`] counts as that.
-    // Without a latency nothing is moved in memory.
+    /// The latency is the same until [`Self::clear`]. Above [`LATENCY_TICKS_MAX`] it counts as that.
+    // A report has more than a hundred bytes. Inlined it is moved by words, and out of line by calls, at four times the
+    // price.
     #[inline]
-    pub fn exchange(&mut self, decided: R, latency_ticks: usize) -> Option<R> {
-        if latency_ticks == 0 { Some(decided) } else { self.queue(decided, latency_ticks) }
+    pub fn exchange(&mut self, decision: &mut R, latency_ticks: usize)
+    where
+        R: Decision,
+    {
+        if latency_ticks == 0 {
+            return;
+        }
+        if self.decisions.is_empty() {
+            self.fill();
+        }
+        if let Some(oldest) = self.decisions.get_mut(self.oldest) {
+            *decision = mem::replace(oldest, *decision);
+        }
+        let last = latency_ticks.min(LATENCY_TICKS_MAX) - 1;
+        self.oldest = if self.oldest < last { self.oldest + 1 } else { 0 };
     }
 
+    #[cold]
     #[inline(never)]
-    fn queue(&mut self, decided: R, latency_ticks: usize) -> Option<R> {
-        let full = self.decisions.len() >= latency_ticks.min(LATENCY_TICKS_MAX);
-        let acting = if full { self.decisions.pop_front() } else { None };
-        // Never full here.
-        let _ = self.decisions.push_back(decided);
-        acting
+    fn fill(&mut self)
+    where
+        R: Decision,
+    {
+        while self.decisions.push_back(R::UNDECIDED).is_ok() {}
     }
 
     /// Forgets all decisions, for a run that begins anew.
     pub fn clear(&mut self) {
-        self.decisions.clear();
+        (self.decisions, self.oldest) = (Deque::new(), 0);
     }
 }
 
@@ -72,7 +101,7 @@ mod tests {
         AngleFilter, CameraFrame, Estimate, Health, ImpactInnovation, Innovation, Instruments, LdvSample,
         Source, Verdict,
     };
-    use motor_model::{Angle, DriveCommand};
+    use motor_model::Angle;
 
     use super::*;
     use crate::commissioning::{ExperimentTuning, Experimenter, tick_experiment};
@@ -168,13 +197,18 @@ mod tests {
         }
     }
 
+    impl Decision for usize {
+        const UNDECIDED: Self = usize::MAX;
+    }
+
     #[test]
     fn exact_a_decision_acts_after_its_latency() {
         for latency in [0, 1, 2, 7, LATENCY_TICKS_MAX] {
             let mut in_flight = InFlight::new();
             for tick in 0..100 {
-                let acting = in_flight.exchange(tick, latency);
-                assert_eq!(acting, (tick >= latency).then(|| tick - latency), "{latency}");
+                let mut acting = tick;
+                in_flight.exchange(&mut acting, latency);
+                assert_eq!(acting, tick.checked_sub(latency).unwrap_or(usize::MAX), "{latency}");
             }
             let acts_at = acts_at(Time::from_nanos(30_000), latency);
             assert_eq!(acts_at.nanos(), 30_000 + 10_000 * latency as u64);

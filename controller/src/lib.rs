@@ -129,7 +129,7 @@ mod tick;
 #[doc = include_str!("../README.md")]
 pub struct Readme;
 
-pub use latency::{InFlight, LATENCY_TICKS_MAX};
+pub use latency::{Decision, InFlight, LATENCY_TICKS_MAX};
 pub use move_forecast::{MoveForecast, Unreachable};
 pub use ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
 pub use positioning::{Positioning, PositioningPhase, PositioningTuning, StopReason, Wait};

@@ -5,7 +5,7 @@ use core::borrow::Borrow;
 use estimator::{AngleFilter, ConstantRate, Estimate, Health, Innovation};
 use motor_model::{Angle, DriveCommand, Time};
 
-use crate::latency::{self, InFlight};
+use crate::latency::{self, Decision, InFlight};
 use crate::ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
 use crate::positioning::{Positioning, PositioningPhase, PositioningTuning};
 use crate::rate::{RateHold, RateProfile, RateStop};
@@ -89,8 +89,7 @@ pub struct TickReport {
     pub phase: PositioningPhase,
 }
 
-impl TickReport {
-    /// Of a tick before the first decision acts.
+impl Decision for TickReport {
     const UNDECIDED: Self = Self {
         estimate: None,
         health: Health::Waiting,
@@ -131,12 +130,15 @@ pub fn tick_by<F: AngleFilter<f32>, P: Sense + Drive>(
     let command = positioning.decide(map, acts_at, estimate.as_ref(), health);
     let applied = ports.drive(command);
     let phase = positioning.phase();
-    let mut report = TickReport { estimate, health, camera, command, applied, phase };
-    // Without a latency nothing is moved in memory.
-    if latency_ticks > 0 {
-        let acting = in_flight.exchange(report, latency_ticks).unwrap_or(TickReport::UNDECIDED);
-        report = TickReport { camera, ..acting };
+    let decided = || TickReport { estimate, health, camera, command, applied, phase };
+    // Two ways: without a latency nothing is moved in memory.
+    if latency_ticks == 0 {
+        filter.drive(now, applied);
+        return decided();
     }
+    let mut report = decided();
+    in_flight.exchange(&mut report, latency_ticks);
+    report.camera = camera;
     filter.drive(now, report.applied);
     report
 }
@@ -190,8 +192,7 @@ pub struct RateReport {
     pub stopped: Option<RateStop>,
 }
 
-impl RateReport {
-    /// Of a tick before the first decision acts.
+impl Decision for RateReport {
     const UNDECIDED: Self = Self {
         estimate: None,
         health: Health::Waiting,
@@ -240,8 +241,8 @@ pub fn tick_rate_by<F: AngleFilter<f32>, C: RateProfile, P: Sense + Drive>(
         stopped: hold.stopped(),
     };
     if latency_ticks > 0 {
-        let acting = in_flight.exchange(report, latency_ticks).unwrap_or(RateReport::UNDECIDED);
-        report = RateReport { camera, ..acting };
+        in_flight.exchange(&mut report, latency_ticks);
+        report.camera = camera;
     }
     filter.drive(now, report.applied);
     report

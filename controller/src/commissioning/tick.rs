@@ -4,7 +4,7 @@ use estimator::{AngleFilter, CameraFrame, Estimate, Health, Innovation, LdvSampl
 use motor_model::{DriveCommand, Time};
 
 use super::{ExperimentPhase, Experimenter};
-use crate::latency::{self, InFlight};
+use crate::latency::{self, Decision, InFlight};
 use crate::ports::{Drive, Sense};
 use crate::tick::{Fused, fuse_for};
 
@@ -43,8 +43,7 @@ pub struct ExperimentReport {
     pub phase: ExperimentPhase,
 }
 
-impl ExperimentReport {
-    /// Of a tick before the first decision acts.
+impl Decision for ExperimentReport {
     const UNDECIDED: Self = Self {
         estimate: None,
         health: Health::Waiting,
@@ -73,8 +72,8 @@ pub fn tick_experiment<F: AngleFilter<f32>, P: Sense + Drive>(
     let phase = experimenter.phase();
     let mut report = ExperimentReport { estimate, health, camera, command, applied, phase };
     if latency_ticks > 0 {
-        let acting = in_flight.exchange(report, latency_ticks).unwrap_or(ExperimentReport::UNDECIDED);
-        report = ExperimentReport { camera, ..acting };
+        in_flight.exchange(&mut report, latency_ticks);
+        report.camera = camera;
     }
     filter.drive(now, report.applied);
     report

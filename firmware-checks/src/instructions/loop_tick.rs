@@ -1,9 +1,12 @@
 //! A tick of the loop, with each filter of the firmware, alone and with a step of the twin; and the latency that the
 //! loop needs on a processor of its own speed ([`controller::Drive::latency_ticks`]).
+//!
+//! A loop with latency has more to do in each tick: it keeps the decisions that do not act yet, and estimates for an
+//! instant ahead of all samples. So the latency that it needs is counted of a loop that has one, the longest.
 
 use core::hint::black_box;
 
-use controller::{PositionLoop, TickReport};
+use controller::{LATENCY_TICKS_MAX, PositionLoop, TickReport};
 use link::FilterKind;
 use motor_model::{Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
@@ -41,6 +44,8 @@ const PER_TICK: [u32; 4] = [1350, 1530, 4320, 8000];
 struct Names {
     /// The tick alone, with a step of a twin under the same drive, and the latter while the drive is on.
     ticks: [&'static str; 3],
+    /// A tick of the loop with the longest latency.
+    late: &'static str,
     /// The latency for each of [`PER_TICK`].
     latencies: [&'static str; 4],
 }
@@ -49,6 +54,7 @@ macro_rules! names {
     ($tick:literal) => {
         Names {
             ticks: [$tick, concat!($tick, "_and_step"), concat!($tick, "_and_driven_step")],
+            late: concat!($tick, "_with_latency"),
             latencies: [
                 concat!($tick, "_latency_at_1350"),
                 concat!($tick, "_latency_at_1530"),
@@ -66,34 +72,29 @@ const KINDS: [(FilterKind, Names); 3] = [
     (FilterKind::Twin, names!("loop_tick_twin")),
 ];
 
-/// Counts what [`Names`] says.
+/// Counts the ticks of a loop without latency.
 #[inline(never)]
-fn count_kind(
+fn count_ticks(
     counter: &InstructionCounter<'_, impl InstructionTimer>,
     memory: &mut LoopMemory,
-    Names { ticks, latencies }: Names,
     kind: FilterKind,
-    report: &mut impl FnMut(Count),
-) -> Result<(), OutOfBounds> {
+    names: [&'static str; 3],
+) -> Result<[Count; 3], OutOfBounds> {
     #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
     let setup = MotorSetup::with_step(PositionLoop::TICK_NANOS as f64 * 1e-9);
     let motor = Motor::try_new(&MotorParams::nominal(), &setup)?;
     let mut state = MotorState::default();
-    let [mut alone, mut with_step, mut driven] = ticks.map(Count::new);
-    let mut latencies = latencies.map(Count::new);
-    let mut backlogs = PER_TICK.map(|per_tick| Backlog { per_tick, instructions: 0 });
+    let [mut alone, mut with_step, mut driven] = names.map(Count::new);
     crate::parity::run_loop(
         memory,
         kind,
+        0,
         |parts, now, instruments| {
             let now = black_box(now);
             let (report, of_tick) = black_box(counter.count(|| tick_once(parts, now, instruments)));
             let (_, of_step) =
                 black_box(counter.count(|| twin_step::step(&motor, &mut state, report.applied)));
             alone.add(of_tick);
-            for (backlog, latency) in backlogs.iter_mut().zip(&mut latencies) {
-                latency.add(backlog.latency_ticks(of_tick));
-            }
             with_step.add(of_tick + of_step);
             if report.applied.mode().is_some() {
                 driven.add(of_tick + of_step);
@@ -102,13 +103,41 @@ fn count_kind(
         },
         |_, _| (),
     )?;
-    [alone, with_step, driven].into_iter().chain(latencies).for_each(report);
-    Ok(())
+    Ok([alone, with_step, driven])
+}
+
+/// Counts the ticks of a loop with the longest latency, and how far it is behind.
+#[inline(never)]
+fn count_latencies(
+    counter: &InstructionCounter<'_, impl InstructionTimer>,
+    memory: &mut LoopMemory,
+    kind: FilterKind,
+    late: &'static str,
+    latencies: [&'static str; 4],
+) -> Result<(Count, [Count; 4]), OutOfBounds> {
+    let (mut late, mut latencies) = (Count::new(late), latencies.map(Count::new));
+    let mut backlogs = PER_TICK.map(|per_tick| Backlog { per_tick, instructions: 0 });
+    crate::parity::run_loop(
+        memory,
+        kind,
+        LATENCY_TICKS_MAX,
+        |parts, now, instruments| {
+            let now = black_box(now);
+            let (report, of_tick) = black_box(counter.count(|| tick_once(parts, now, instruments)));
+            late.add(of_tick);
+            for (backlog, latency) in backlogs.iter_mut().zip(&mut latencies) {
+                latency.add(backlog.latency_ticks(of_tick));
+            }
+            report
+        },
+        |_, _| (),
+    )?;
+    Ok((late, latencies))
 }
 
 /// The loop with the filter `impact_aided`.
 pub(super) fn run_hot_operations(memory: &mut LoopMemory) -> Result<(), OutOfBounds> {
-    crate::parity::run_loop(memory, FilterKind::ImpactAided, tick_once, |report, _| {
+    crate::parity::run_loop(memory, FilterKind::ImpactAided, 0, tick_once, |report, _| {
         black_box(report);
     })
     .map(drop)
@@ -119,7 +148,12 @@ pub(super) fn count(
     memory: &mut LoopMemory,
     report: &mut impl FnMut(Count),
 ) -> Result<(), OutOfBounds> {
-    KINDS.into_iter().try_for_each(|(kind, names)| count_kind(counter, memory, names, kind, report))
+    for (kind, Names { ticks, late, latencies }) in KINDS {
+        let ticks = count_ticks(counter, memory, kind, ticks)?;
+        let (late, latencies) = count_latencies(counter, memory, kind, late, latencies)?;
+        ticks.into_iter().chain([late]).chain(latencies).for_each(&mut *report);
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -106,7 +106,7 @@ impl LoopRun {
         };
         let mut angle_units = 0;
         for kind in KINDS {
-            let end = run_loop(memory, kind, tick_parts, &mut take)?;
+            let end = run_loop(memory, kind, 0, tick_parts, &mut take)?;
             angle_units = end.rotor.angle.angle().units();
         }
         Ok(Self { digest: digest.value(), ticks, angle_units })
@@ -122,12 +122,14 @@ impl fmt::Display for LoopRun {
     }
 }
 
-/// Positions the twin, with a new filter of `kind` for each target and `tick_once` at each tick.
+/// Positions the twin, with a new filter of `kind` for each target and `tick_once` at each tick. Commands act
+/// `latency_ticks` after the measurements that decide them.
 ///
 /// `observe` gets each report, with the state that was measured for it. The result is the last state.
 pub(crate) fn run_loop(
     memory: &mut LoopMemory,
     kind: FilterKind,
+    latency_ticks: usize,
     mut tick_once: impl FnMut(&mut LoopParts, Time, &mut TwinInstruments) -> TickReport,
     mut observe: impl FnMut(&TickReport, &MotorState<f32>),
 ) -> Result<MotorState<f32>, OutOfBounds> {
@@ -136,7 +138,7 @@ pub(crate) fn run_loop(
     let setup = MotorSetup::with_step(step_s);
     let motor = Motor::<f32>::try_new(&MotorParams::nominal(), &setup)?;
     let mut state = MotorState::default();
-    let mut instruments = TwinInstruments::new();
+    let mut instruments = TwinInstruments::new(latency_ticks);
     let mut ticks = 0;
     for target_deg in TARGETS_DEG {
         let target = Target::try_new(target_deg, TOLERANCE_DEG)?;
@@ -182,12 +184,13 @@ pub(crate) struct TwinInstruments {
     /// Samples not yet read, oldest first.
     ldv: [Option<LdvSample>; LDV_SAMPLES_PER_TICK],
     noise: Pcg32,
+    latency_ticks: usize,
 }
 
 impl TwinInstruments {
-    fn new() -> Self {
+    fn new(latency_ticks: usize) -> Self {
         let noise = Pcg32::seed_from_u64(SEED);
-        Self { exposed: None, arrived: None, ldv: [None; LDV_SAMPLES_PER_TICK], noise }
+        Self { exposed: None, arrived: None, ldv: [None; LDV_SAMPLES_PER_TICK], noise, latency_ticks }
     }
 
     /// Takes a sample of the vibrometer at `now`.
@@ -238,6 +241,10 @@ impl Drive for TwinInstruments {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
         command
     }
+
+    fn latency_ticks(&self) -> usize {
+        self.latency_ticks
+    }
 }
 
 #[cfg(test)]
@@ -256,7 +263,7 @@ mod tests {
 
     fn executes_all(kind: FilterKind) {
         let (mut modes, mut phases, mut verdicts) = ([0; 2], [0; 5], [0; 4]);
-        run_loop(&mut None, kind, tick_parts, |report, _| {
+        run_loop(&mut None, kind, 0, tick_parts, |report, _| {
             match report.applied.mode() {
                 Some(DriveMode::B) => modes[0] += 1,
                 Some(DriveMode::C) => modes[1] += 1,

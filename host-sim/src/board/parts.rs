@@ -85,7 +85,7 @@ pub struct Fit {
     pub ram_bytes: u64,
     /// Instructions that the loop has in a tick.
     pub per_tick: u32,
-    /// Instructions of a tick on average.
+    /// Instructions of a tick with latency on average.
     pub mean: f64,
     /// Ticks that the loop is behind at most: the least `board.latency_ticks`.
     pub latency_ticks: u32,
@@ -137,7 +137,7 @@ impl PartsReport {
                 flash_bytes: program.flash_bytes,
                 ram_bytes: program.static_bytes + u64::from(stack.bytes),
                 per_tick,
-                mean: count(tick)?.mean(),
+                mean: count(&format!("{tick}_with_latency"))?.mean(),
                 latency_ticks: count(&format!("{tick}_latency_at_{per_tick}"))?.max,
             })
         };

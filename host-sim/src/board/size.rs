@@ -35,7 +35,7 @@ const FLASH_BYTES: u64 = 504 * 1024;
 const RAM_BYTES: u64 = 64 * 1024;
 
 /// Flash, and RAM for variables and stack, of a small part.
-const SMALL_BYTES: [u64; 2] = [128 * 1024, 32 * 1024];
+const SMALL_BYTES: [u64; 2] = [256 * 1024, 32 * 1024];
 
 /// The programs, each with the only filter that it is built with, `None` for all: the one for the board, the one in
 /// lock step with the simulated motor, and the first with one filter alone.

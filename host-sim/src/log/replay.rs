@@ -10,7 +10,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use controller::InFlight;
+use controller::{Decision, InFlight};
 use estimator::{AngleFilter as _, CameraFrame, Estimate, Health, Innovation, LdvSample};
 use motor_model::{Angle, DriveCommand, Time};
 
@@ -38,12 +38,23 @@ struct TickContent {
     estimate: Option<Estimate<f32>>,
 }
 
+/// An estimate, and whether it may be used.
+#[derive(Clone, Copy)]
+struct Assessed {
+    estimate: Option<Estimate<f32>>,
+    health: Health,
+}
+
+impl Decision for Assessed {
+    const UNDECIDED: Self = Self { estimate: None, health: Health::Waiting };
+}
+
 /// A filter that takes in a log.
 struct Replay<'a, O> {
     filter: AnyFilter,
     latency_ticks: usize,
     /// Estimates for ticks to come, and their health.
-    in_flight: InFlight<(Option<Estimate<f32>>, Health)>,
+    in_flight: InFlight<Assessed>,
     tick_nanos: u64,
     every: u64,
     /// The tick under way, by its end.
@@ -179,9 +190,10 @@ impl<O: Observer> Replay<'_, O> {
             sums.innovation(*now, innovation, recorded, same);
         }
         let instant = now.plus_nanos(self.tick_nanos * *latency_ticks as u64);
-        let assessed = filter.assess_for(*now, instant);
-        let (estimate, health) =
-            in_flight.exchange(assessed, *latency_ticks).unwrap_or((None, Health::Waiting));
+        let (estimate, health) = filter.assess_for(*now, instant);
+        let mut assessed = Assessed { estimate, health };
+        in_flight.exchange(&mut assessed, *latency_ticks);
+        let Assessed { estimate, health } = assessed;
         let wanted =
             content.truth.is_some() || content.estimate.is_some() || self.ticks.is_multiple_of(self.every);
         if wanted {

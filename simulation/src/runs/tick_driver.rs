@@ -96,7 +96,8 @@ impl Sense for RigPorts {
 impl Drive for RigPorts {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
         let command = self.by_hand.unwrap_or(command);
-        self.command = self.in_flight.exchange(command, self.latency_ticks).unwrap_or(DriveCommand::OFF);
+        self.command = command;
+        self.in_flight.exchange(&mut self.command, self.latency_ticks);
         command
     }
 
