@@ -1,8 +1,7 @@
 //! An estimate for an instant ahead is as certain as it says.
 
-use host_sim::scene_files::load;
 use simulation::runs::rate;
-use std::path::Path;
+use simulation::scene::Scene;
 
 /// Most estimates that may be off by more than three of their standard deviations: who takes three as a limit is wrong
 /// once in a hundred. Of normal errors 0.27 % exceed it. Kicks are rare and of unlike sizes, so that more of theirs do.
@@ -18,10 +17,14 @@ fn law_an_estimate_ahead_is_as_certain_as_it_says() {
     for (filter, deg_s) in
         ["impact_aided", "twin"].into_iter().flat_map(|it| [(it, "600"), (it, "200"), (it, "-60")])
     {
-        let mut scene = load(Some(Path::new("stm32g474")), &[]).expect("a scene of the gallery");
-        let sets =
-            [("estimator.filter", filter), ("rate.deg_s", deg_s), ("rate.duration_s", "1"), ("seed", "41")];
-        for (key, value) in sets {
+        let mut scene = Scene::default();
+        for (key, value) in [
+            ("estimator.filter", filter),
+            ("board.latency_ticks", "16"),
+            ("rate.deg_s", deg_s),
+            ("rate.duration_s", "1"),
+            ("seed", "41"),
+        ] {
             scene.set(key, value).expect("a key and its value");
         }
         let outcome = rate::run(&scene, |_| ()).expect("a run");
