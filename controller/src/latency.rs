@@ -59,7 +59,7 @@ impl<R> InFlight<R> {
     /// Takes the decision of this tick, and puts in its place the one whose command acts from this tick on: that of
     /// `latency_ticks` before, and with a latency of 0 its own. In the first ticks it is [`Decision::UNDECIDED`].
     ///
-    /// The latency is the same until [`Self::clear`]. Above [`LATENCY_TICKS_MAX`] it counts as that.
+    /// The latency is always the same. Above [`LATENCY_TICKS_MAX`] it counts as that.
     // A report has more than a hundred bytes. Inlined it is moved by words, and out of line by calls, at four times the
     // price.
     #[inline]
@@ -88,11 +88,6 @@ impl<R> InFlight<R> {
     {
         while self.decisions.push_back(R::UNDECIDED).is_ok() {}
     }
-
-    /// Forgets all decisions, for a run that begins anew.
-    pub fn clear(&mut self) {
-        (self.decisions, self.oldest) = (Deque::new(), 0);
-    }
 }
 
 #[cfg(test)]
@@ -101,9 +96,10 @@ mod tests {
         AngleFilter, CameraFrame, Estimate, Health, ImpactInnovation, Innovation, Instruments, LdvSample,
         Source, Verdict,
     };
-    use motor_model::Angle;
+    use motor_model::{Angle, DriveMode};
 
     use super::*;
+    use crate::commissioning::experiment::Experiment;
     use crate::commissioning::{ExperimentTuning, Experimenter, tick_experiment};
     use crate::ports::{Drive, Sense};
     use crate::positioning::PositioningTuning;
@@ -112,11 +108,16 @@ mod tests {
     use crate::target::Target;
     use crate::tick::{PositionLoop, RateLoop, tick, tick_rate};
 
-    /// A rotor at rest at angle zero, whatever is measured.
-    struct AtRest;
+    /// A rotor at rest at angle zero, whatever is measured, and the drive that it was told of last.
+    #[derive(Default)]
+    struct AtRest {
+        told: DriveCommand,
+    }
 
     impl AngleFilter<f32> for AtRest {
-        fn drive(&mut self, _: Time, _: DriveCommand) {}
+        fn drive(&mut self, _: Time, command: DriveCommand) {
+            self.told = command;
+        }
 
         fn update_ldv(&mut self, _: &LdvSample) -> Option<ImpactInnovation<f32>> {
             None
@@ -165,35 +166,42 @@ mod tests {
     }
 
     /// Whatever the latency, a tick reports the decision that acts in it, and so an estimate for it, and what became of
-    /// its own frame.
+    /// its own frame. The filter is told of that decision's command.
     #[test]
     fn law_every_loop_reports_the_decision_that_acts_and_the_frame_that_came() {
         let map = ResponseMap::table_1();
         for latency_ticks in [0, 1, 5, LATENCY_TICKS_MAX] {
             let target = Target::try_new(90.0, 0.1).unwrap();
             let mut position =
-                PositionLoop::new(AtRest, map, target, PositioningTuning::default(), Time::ZERO);
+                PositionLoop::new(AtRest::default(), map, target, PositioningTuning::default(), Time::ZERO);
             let hold = RateHold::new(Profile::dwell(100.0).unwrap(), RateTuning::default(), Time::ZERO);
-            let mut rate = RateLoop::new(AtRest, map, hold);
+            let mut rate = RateLoop::new(AtRest::default(), map, hold);
             let tuning = ExperimentTuning::new(&Instruments::default());
             let (mut experimenter, mut in_flight) = (Experimenter::new(tuning, Time::ZERO), InFlight::new());
-            for n in 0..50 {
+            let (mut filter, mut driven) = (AtRest::default(), [false; 3]);
+            for n in 0..20_000 {
                 let now = Time::from_nanos(n as u64 * TICK_NANOS);
                 let mut ports = Late { now, latency_ticks };
-                let position = tick(&mut position, now, &mut ports);
-                let rate = tick_rate(&mut rate, now, &mut ports);
+                let moved = tick(&mut position, now, &mut ports);
+                let held = tick_rate(&mut rate, now, &mut ports);
+                // Once it is ready.
+                let _ = experimenter.order(Experiment::Cruise { mode: DriveMode::C, amplitude: 1.0 });
                 let experiment =
-                    tick_experiment(&mut AtRest, &mut experimenter, &mut in_flight, now, &mut ports);
+                    tick_experiment(&mut filter, &mut experimenter, &mut in_flight, now, &mut ports);
+                let told = [position.filter_mut().told, rate.filter().told, filter.told];
+                assert_eq!(told, [moved.applied, held.applied, experiment.applied], "{n} of {latency_ticks}");
+                driven.iter_mut().zip(told).for_each(|(driven, told)| *driven |= told.mode().is_some());
                 let acting = (n >= latency_ticks).then_some(now);
                 for (estimate, camera) in [
-                    (position.estimate, position.camera),
-                    (rate.estimate, rate.camera),
+                    (moved.estimate, moved.camera),
+                    (held.estimate, held.camera),
                     (experiment.estimate, experiment.camera),
                 ] {
                     assert_eq!(estimate.map(|estimate| estimate.at), acting, "{n} of {latency_ticks}");
                     assert_eq!(camera.map(|camera| camera.taken_at), Some(now), "{n} of {latency_ticks}");
                 }
             }
+            assert_eq!(driven, [true; 3], "{latency_ticks}");
         }
     }
 
