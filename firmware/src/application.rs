@@ -284,9 +284,16 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         }
     }
 
-    /// Takes a sample of a vibrometer at the board; the next tick uses it.
+    /// Takes a sample of a vibrometer at the board; the next tick uses it, unless nothing looks at measurements.
     pub fn push_ldv_sample(&mut self, sample: LdvSample) {
-        self.measurements.push_ldv_sample(sample);
+        if self.takes_measurements() {
+            self.measurements.push_ldv_sample(sample);
+        }
+    }
+
+    /// Whether a loop runs, or an observation. Else measurements would wait, and be dropped for newer ones.
+    fn takes_measurements(&self) -> bool {
+        self.is_armed() || self.observation.as_ref().is_some_and(|observation| !observation.is_over)
     }
 
     /// What the host does not know yet: the fault that has latched since the last call, or what a jog or a self-test
@@ -349,11 +356,13 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
                 BoardMessage::Stopped
             }
             HostMessage::Camera(frame) => {
-                self.measurements.push_camera_frame((*frame).into());
+                if self.takes_measurements() {
+                    self.measurements.push_camera_frame((*frame).into());
+                }
                 return None;
             }
             HostMessage::Ldv(samples) => {
-                samples.iter().for_each(|&sample| self.measurements.push_ldv_sample(sample.into()));
+                samples.iter().for_each(|&sample| self.push_ldv_sample(sample.into()));
                 return None;
             }
             HostMessage::Step if !self.in_lock_step => BoardMessage::Fault(BoardFault::Timed),

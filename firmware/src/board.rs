@@ -5,8 +5,10 @@
 //! - `stm32g474`, `stm32h743`, each behind the feature of its name: the same of real boards.
 //! - `hardware`: the one of them that the program is built for.
 //! - `bridge`, `line`, `watchdog`: of the real boards, bridge, serial line and independent watchdog.
+//! - [`Stopwatch`]: what the work of a tick is timed by.
 //! - `wait`: waits of real boards for their hardware, which end.
-//! - `faults`: handlers of panics and faults, for every program. They switch the drive off, print the reason, and end.
+//! - `faults`: handlers of panics, faults and other exceptions, for every program. They switch the drive off, keep the
+//!   reason, and end.
 //! - `crash`: what they keep until the program has started again.
 //! - [`stack_words`], [`stack_word_is_unused`]: what [`crate::stack_gauge`] looks at.
 
@@ -22,6 +24,7 @@ pub mod mps2;
 pub mod stm32g474;
 #[cfg(feature = "stm32h743")]
 pub mod stm32h743;
+mod stopwatch;
 #[cfg(feature = "silicon")]
 mod wait;
 #[cfg(feature = "silicon")]
@@ -37,6 +40,7 @@ pub use mps2 as hardware;
 pub use stm32g474 as hardware;
 #[cfg(feature = "stm32h743")]
 pub use stm32h743 as hardware;
+pub use stopwatch::Stopwatch;
 
 use link::ResetCause;
 

@@ -18,7 +18,8 @@
 //! So a frame of another session or version is a damaged one here. On 13 bytes this CRC finds every change of up to
 //! five bits (Koopman and Chakravarty, Cyclic redundancy code polynomial selection for embedded networks, DSN 2004:
 //! Hamming distance 6 up to 135 bits). One in 65,536 of the frames that are damaged more than that passes. It brings a
-//! wrong angle or instant, which the gates of the filter are for; messages that change a state have a CRC-32.
+//! wrong angle or instant, which the gates of the filter are for, or a wrong sequence number, which the next message
+//! with a CRC-32 sets right ([`crate::BoardSequence`]). Every message that changes a state has one.
 
 use controller::PositionLoop;
 use crc::{CRC_16_DNP, Crc};

@@ -19,7 +19,8 @@
 //! - [`frame`]: a message with its [`Header`], a CRC-32, and no zero byte but the last ([`encode`], [`decode`]).
 //! - [`camera_frame`]: the short frames of the camera ([`encode_camera`]).
 //! - [`Deframer`]: from received bytes to frames, in bounded memory.
-//! - [`Sequence`]: whether a frame is new, repeated, late, or the first after a gap.
+//! - [`Sequence`]: whether a frame is new, repeated, late, or the first after a gap; [`BoardSequence`]: the same on a
+//!   board, which takes short frames too.
 //!
 //! # Promises
 //!
@@ -101,5 +102,5 @@ pub use numbering::{Coded, Numbered, PhaseRecord};
 pub use observation::{CameraAges, VelocitySums};
 pub use rate::{RateConfiguration, RateLimitsRecord, RatePhase, RateRecord};
 pub use self_test::SelfTestReport;
-pub use sequence::{Arrival, Sequence};
+pub use sequence::{Arrival, BoardSequence, Sequence};
 pub use tick_record::{CommandRecord, EstimateRecord, InnovationRecord, TickRecord};

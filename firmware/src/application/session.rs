@@ -2,8 +2,8 @@
 
 use controller::PositionLoop;
 use link::{
-    Arrival, BoardFault, BoardMessage, Expected, FRAME_BYTES_MAX, FrameError, Header, HostMessage, Sequence,
-    VERSION, decode_on_board, encode_on_board,
+    Arrival, BoardFault, BoardMessage, BoardSequence, Expected, FRAME_BYTES_MAX, FrameError, Header,
+    HostMessage, SHORT_FRAME_BYTES, VERSION, decode_on_board, encode_on_board,
 };
 
 use super::Application;
@@ -13,7 +13,7 @@ use crate::design::DesignedDrive;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Session {
     number: u32,
-    incoming: Sequence,
+    incoming: BoardSequence,
     outgoing: u32,
 }
 
@@ -22,6 +22,7 @@ impl<D: DesignedDrive> Application<'_, D> {
     pub fn receive(&mut self, bytes: &[u8], send: &mut impl FnMut(&[u8])) {
         for &byte in bytes {
             let Some(frame) = self.deframer.push(byte) else { continue };
+            let is_short = frame.len() <= SHORT_FRAME_BYTES;
             let now_nanos = self.elapsed_ticks * PositionLoop::TICK_NANOS;
             let expected = self.session.map(|Session { number, incoming, .. }| Expected {
                 session: number,
@@ -29,7 +30,7 @@ impl<D: DesignedDrive> Application<'_, D> {
                 now_nanos,
             });
             let answer = match decode_on_board(frame, expected) {
-                Ok((header, message)) => self.accept(header, &message),
+                Ok((header, message)) => self.accept(header, is_short, &message),
                 Err(FrameError::Version { theirs }) => {
                     self.counters.other_version += 1;
                     Some(BoardMessage::Fault(BoardFault::Version { theirs, ours: VERSION }))
@@ -70,22 +71,27 @@ impl<D: DesignedDrive> Application<'_, D> {
     }
 
     /// Checks session and sequence of a frame and executes its message; the answer, if the message has one.
-    fn accept(&mut self, header: Header, message: &HostMessage) -> Option<BoardMessage> {
+    fn accept(&mut self, header: Header, is_short: bool, message: &HostMessage) -> Option<BoardMessage> {
         let Header { session: number, sequence, .. } = header;
         match &mut self.session {
-            Some(session) if session.number == number => match session.incoming.judge(sequence) {
-                Arrival::New { lost } => self.counters.lost = self.counters.lost.saturating_add(lost),
-                Arrival::Duplicate => {
-                    self.counters.duplicates += 1;
-                    return None;
+            Some(Session { number: ours, incoming, .. }) if *ours == number => {
+                let arrival =
+                    if is_short { incoming.judge_short(sequence) } else { incoming.judge_whole(sequence) };
+                match arrival {
+                    Arrival::New { lost } => self.counters.lost = self.counters.lost.saturating_add(lost),
+                    Arrival::Duplicate => {
+                        self.counters.duplicates += 1;
+                        return None;
+                    }
+                    Arrival::Late => {
+                        self.counters.late += 1;
+                        return None;
+                    }
                 }
-                Arrival::Late => {
-                    self.counters.late += 1;
-                    return None;
-                }
-            },
+            }
             _ if *message == HostMessage::Hello => {
-                self.session = Some(Session { number, incoming: Sequence::after(sequence), outgoing: 0 });
+                let incoming = BoardSequence::after(sequence);
+                self.session = Some(Session { number, incoming, outgoing: 0 });
             }
             _ => {
                 self.counters.other_session += 1;

@@ -245,6 +245,22 @@ fn law_a_flood_drops_the_oldest_measurements() {
     assert_eq!(report.camera.unwrap().taken_nanos, now + 1000 - 8);
 }
 
+/// A board that waits takes no measurements: none is dropped, and none is old when the loop begins.
+#[test]
+fn law_measurements_before_a_loop_are_not_kept() {
+    let mut bench = Bench::new();
+    bench.exchange(&HostMessage::Hello);
+    for _ in 0..1000 {
+        bench.measure();
+        bench.board.push_ldv_sample(LdvRecord { taken_nanos: 1, velocity_m_s: 1.0 }.into());
+    }
+    assert_eq!(bench.board.counters().dropped, 0);
+    assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), [BoardMessage::Configured]);
+    assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
+    let report = bench.step().expect("a report");
+    assert!(report.camera.is_none() && report.estimate.is_none(), "{report:?}");
+}
+
 /// L3: a frame that comes twice is executed once.
 #[test]
 fn law_duplicates_are_executed_once() {

@@ -19,7 +19,7 @@ mod board {
     use cortex_m::{Peripherals, singleton};
     use cortex_m_rt::{entry, exception};
     use firmware::board::hardware::{CLOCK_HZ, Enable, Line, Pulses, Vibrometer, Width};
-    use firmware::board::{Parts, crash, end, stack_word_is_unused, stack_words};
+    use firmware::board::{Parts, Stopwatch, crash, stack_word_is_unused, stack_words};
     use firmware::stack_gauge::{StackGauge, WORDS_PER_TICK};
     #[cfg(feature = "keep")]
     use firmware::store::Store;
@@ -50,11 +50,6 @@ mod board {
         timer.enable_interrupt();
     }
 
-    /// Clocks since the timer, which counts down, was at `before`: modulo a tick. Work that takes longer is an overrun.
-    fn clocks_since(before: u32) -> u32 {
-        (before + CLOCKS_PER_TICK).wrapping_sub(SYST::get_current()) % CLOCKS_PER_TICK
-    }
-
     /// Puts a whole frame in the queue, or nothing of it.
     fn enqueue(outgoing: &mut Deque<u8, OUTGOING_BYTES>, frame: &[u8]) {
         if outgoing.capacity() - outgoing.len() >= frame.len() {
@@ -80,12 +75,12 @@ mod board {
     #[entry]
     fn main() -> ! {
         let started = Peripherals::take().zip(Parts::take());
-        let (Some((core, parts)), Some(memory)) = (started, singleton!(: TaskMemory = TaskMemory::new()))
-        else {
-            end(Err(()))
-        };
+        // The text is kept over the restart, and the host asks why the board started.
+        let (mut core, parts) = started.expect("a clock, the supply or the converter does not start");
+        let memory = singleton!(: TaskMemory = TaskMemory::new()).expect("the only one");
         let Parts { width, enable, pulses, mut line, vibrometer, mut watchdog, reset_cause, .. } = parts;
-        let Ok((timer_task, mut loop_task)) = memory.tasks(width, enable, vibrometer) else { end(Err(())) };
+        let (timer_task, mut loop_task) =
+            memory.tasks(width, enable, vibrometer).expect("the nominal motor is within bounds");
         let crash = crash::take();
         loop_task.record_reset(crash.as_ref().map_or(reset_cause, |crash| crash.kind.reset_cause()));
         #[cfg(feature = "keep")]
@@ -101,6 +96,7 @@ mod board {
         if let Some(crash) = &crash {
             log_crash(crash);
         }
+        Stopwatch::enable(&mut core.DCB, &mut core.DWT);
         watchdog.start();
         start(core.SYST, pulses);
         loop {
@@ -116,13 +112,13 @@ mod board {
                 let send = &mut |frame: &[u8]| enqueue(&mut outgoing, frame);
                 watchdog.while_storing(|| loop_task.use_store(&mut store, send));
             }
-            let before = SYST::get_current();
+            let stopwatch = Stopwatch::start();
             let ran = loop_task.run_tick(&mut |frame| enqueue(&mut outgoing, frame));
             if ran {
-                watchdog.feed();
+                watchdog.feed(loop_task.last_interrupt());
                 stack.look(WORDS_PER_TICK, stack_word_is_unused);
                 loop_task.record_stack(stack.bytes_max());
-                let entry = loop_task.telemetry(clocks_since(before));
+                let entry = loop_task.telemetry(stopwatch.clocks());
                 if let Some((tick, entry)) = entry.filter(|_| logs) {
                     log(tick, &entry);
                     // Again for a debugger that came later.

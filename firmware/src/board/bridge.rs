@@ -14,7 +14,7 @@
 //! |---|---|---|
 //! | a clock from outside that stops | `RCC_CR`: `CSSON` | `RCC_CR`: `HSECSSON` |
 //! | a halt in the debugger, which stops the timer | `DBGMCU_APB2FZR`: `DBG_TIM1_STOP` | `DBGMCU_APB2FZ1`: `DBG_TIM1` |
-//! | a lockup of the processor | `SYSCFG_CFGR2`: `CLL` | |
+//! | a lockup of the processor | `SYSCFG_CFGR2`: `CLL` | `SYSCFG_CFGR`: `CM7L` |
 //!
 //! The break input is for an over-current output that is low in a fault and has an open drain, as the fault output of
 //! TI's DRV8412. The pull-up of the pin is on: with nothing at the pin nothing is cut off.

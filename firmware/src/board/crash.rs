@@ -36,6 +36,12 @@ pub(super) fn keep_panic(info: &PanicInfo<'_>) {
     keep(&CrashRecord { kind: CrashKind::Panic, registers: FaultRegisters::default(), text });
 }
 
+/// Keeps an exception that nothing handles, by its number in ARM's ARMv7-M manual less 16, as a panic.
+pub(super) fn keep_exception(number: i16) {
+    let text = CrashText::of(&format_args!("exception {number}"));
+    keep(&CrashRecord { kind: CrashKind::Panic, registers: FaultRegisters::default(), text });
+}
+
 /// Keeps a fault whose frame the processor put at the address `stack`; the address of the instruction.
 pub(super) fn keep_fault(stack: u32) -> u32 {
     /// Where return address and instruction are in a frame, in words.

@@ -1,18 +1,19 @@
-//! Handlers of panics and faults, and the end of a program. Each switches the drive off first, and keeps what there is
-//! to know until the program has started again.
+//! Handlers of panics, faults and other exceptions, and the end of a program. Each switches the drive off first, and
+//! keeps what there is to know until the program has started again.
 
 #![expect(unsafe_code, reason = "the handler of a fault has no stack of its own")]
 
 use core::arch::naked_asm;
 use core::panic::PanicInfo;
 
+use cortex_m_rt::exception;
 use cortex_m_semihosting::{debug, heprintln};
 
 use super::{crash, hardware};
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
-    hardware::drive_off();
+    stay_off();
     crash::keep_panic(info);
     if is_debugged() {
         heprintln!("drive {}; {}", on_or_off(), info);
@@ -37,12 +38,30 @@ unsafe extern "C" fn hard_fault() -> ! {
 
 /// `stack` is where the processor put the frame of the exception.
 extern "C" fn after_fault(stack: u32) -> ! {
-    hardware::drive_off();
+    stay_off();
     let at = crash::keep_fault(stack);
     if is_debugged() {
         heprintln!("drive {}; HardFault at {:#x}", on_or_off(), at);
     }
     end(debug::EXIT_FAILURE)
+}
+
+/// An exception that has no handler of its own. On a real board that is a clock from outside that has stopped, after
+/// the hardware has cut the bridge off. On the emulated one it is the first warning of the watchdog, which restarts the
+/// board.
+#[exception]
+unsafe fn DefaultHandler(number: i16) -> ! {
+    stay_off();
+    if cfg!(feature = "silicon") {
+        crash::keep_exception(number);
+    }
+    restart()
+}
+
+/// Switches the drive off. No interrupt switches it on again.
+fn stay_off() {
+    cortex_m::interrupt::disable();
+    hardware::drive_off();
 }
 
 /// Whether the drive is on, read from the register.
@@ -55,12 +74,20 @@ fn is_debugged() -> bool {
     cfg!(not(feature = "silicon")) || cortex_m::peripheral::DCB::is_debugger_attached()
 }
 
-/// Ends the emulation. Without emulator or debugger it waits until the watchdog restarts the board.
+/// Ends the emulation. Without emulator or debugger the board starts anew.
 pub fn end(outcome: debug::ExitStatus) -> ! {
-    hardware::drive_off();
+    stay_off();
     if is_debugged() {
         debug::exit(outcome);
     }
+    restart()
+}
+
+/// The board starts anew: a real one at once, whether or not its watchdog runs, the emulated one by the watchdog.
+fn restart() -> ! {
+    #[cfg(feature = "silicon")]
+    cortex_m::peripheral::SCB::sys_reset();
+    #[cfg(not(feature = "silicon"))]
     loop {
         cortex_m::asm::nop();
     }

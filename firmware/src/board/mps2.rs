@@ -251,9 +251,13 @@ impl Watchdog {
         write(WATCHDOG, Self::CONTROL, 0b11);
     }
 
-    /// Restarts the count.
+    /// Restarts the count. To be called once a tick, with the number of the timer's interrupt that made it.
     #[inline]
-    pub fn feed(&mut self) {
+    pub fn feed(&mut self, _interrupt: u64) {
+        self.restart();
+    }
+
+    fn restart(&mut self) {
         write(WATCHDOG, Self::CLEAR, 1);
         write(WATCHDOG, Self::LOAD, Self::CLOCKS);
     }
@@ -262,7 +266,7 @@ impl Watchdog {
     pub fn while_storing<T>(&mut self, work: impl FnOnce() -> T) -> T {
         write(WATCHDOG, Self::LOAD, Self::STORING_CLOCKS);
         let done = work();
-        self.feed();
+        self.restart();
         done
     }
 }

@@ -31,6 +31,7 @@ pub(super) use stm32g4::stm32g474 as pac;
 
 pub use super::bridge::{Enable, Pulses, Width, drive_is_on, drive_off};
 pub use super::line::Line;
+use super::wait::answers;
 pub use super::watchdog::Watchdog;
 use super::{Parts, bridge};
 pub(super) use dma::{RECEIVED, Receiver, SENT, Transmitter};
@@ -61,6 +62,7 @@ impl Parts {
         let rcc = &device.RCC;
         let reset_cause = reset_cause(rcc);
         rcc.ahb2enr().modify(|_, w| w.gpioben().set_bit());
+        answers(rcc.ahb2enr().read());
         device.GPIOB.bsrr().write(|w| w.br0().set_bit());
         device.GPIOB.moder().modify(|_, w| w.moder0().output());
         clocks::start(&device)?;
@@ -68,6 +70,7 @@ impl Parts {
         rcc.ahb2enr().modify(|_, w| w.gpioaen().set_bit().adc12en().set_bit());
         rcc.apb2enr().modify(|_, w| w.tim1en().set_bit().syscfgen().set_bit());
         rcc.apb1enr2().modify(|_, w| w.lpuart1en().set_bit());
+        answers(rcc.apb1enr2().read());
         // The break input before the timer looks at it.
         device.GPIOA.pupdr().modify(|_, w| w.pupdr6().pull_up());
         device.GPIOA.afrl().modify(|_, w| w.afrl2().af12().afrl3().af12().afrl6().af6());

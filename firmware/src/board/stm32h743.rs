@@ -24,6 +24,7 @@ pub(super) use stm32h7::stm32h743v as pac;
 
 pub use super::bridge::{Enable, Pulses, Width, drive_is_on, drive_off};
 pub use super::line::Line;
+use super::wait::answers;
 pub use super::watchdog::Watchdog;
 use super::{Parts, bridge};
 pub(super) use dma::{RECEIVED, Receiver, SENT, Transmitter};
@@ -57,6 +58,7 @@ impl Parts {
         let rcc = &device.RCC;
         let reset_cause = reset_cause(rcc);
         rcc.ahb4enr().modify(|_, w| w.gpioeen().set_bit());
+        answers(rcc.ahb4enr().read());
         device.GPIOE.bsrr().write(|w| w.br11().set_bit());
         device.GPIOE.moder().modify(|_, w| w.moder11().output());
         clocks::start(&device)?;
@@ -65,6 +67,7 @@ impl Parts {
         rcc.ahb4enr().modify(|_, w| w.gpioaen().set_bit().gpioden().set_bit());
         rcc.apb1lenr().modify(|_, w| w.usart3en().set_bit());
         rcc.apb2enr().modify(|_, w| w.tim1en().set_bit());
+        answers(rcc.apb2enr().read());
         caches::start();
         // The break input before the timer looks at it.
         device.GPIOA.pupdr().modify(|_, w| w.pupdr6().pull_up());
@@ -72,6 +75,7 @@ impl Parts {
         device.GPIOA.moder().modify(|_, w| w.moder3().analog().moder6().alternate());
         device.GPIOD.afrh().modify(|_, w| w.afr8().af7().afr9().af7());
         device.GPIOD.moder().modify(|_, w| w.moder8().alternate().moder9().alternate());
+        cut_off_by_lockup();
         device.DBGMCU.apb2fz1().modify(|_, w| w.dbg_tim1().set_bit());
         let (width, enable, pulses) = bridge::start(device.TIM1, |w| w.cc1e().set_bit().cc2e().set_bit());
         device.GPIOE.afrh().modify(|_, w| w.afr9().af1().afr11().af1());
@@ -86,6 +90,21 @@ impl Parts {
             watchdog: Watchdog::new(device.IWDG),
             reset_cause,
         })
+    }
+}
+
+/// A lockup of the processor cuts the bridge off until the next reset. Part and ST's `stm32h743xx.h` have the register
+/// `SYSCFG_CFGR`; the register crate of this part leaves it out.
+fn cut_off_by_lockup() {
+    /// Offset of `SYSCFG_CFGR`.
+    const CFGR: usize = 0x18;
+    /// Its bit `CM7L`.
+    const CM7L: u32 = 1 << 6;
+    let register = pac::SYSCFG::PTR.cast::<u32>().wrapping_byte_add(CFGR).cast_mut();
+    #[expect(unsafe_code, reason = "the register crate has no name for this register")]
+    // SAFETY: a register of a device whose clock is on; its bits are set by a one, and nobody else writes it.
+    unsafe {
+        register.write_volatile(CM7L);
     }
 }
 

@@ -18,8 +18,9 @@ const STORING_PERIODS: u16 = 4095;
 /// The window that is always open.
 const OPEN: u16 = 4095;
 
-/// Ticks from one feed to the next: 1 ms, and a quarter less where the loop makes up for all the ticks that can wait.
-const TICKS_PER_FEED: u8 = 100;
+/// Interrupts of the timer from one feed to the next: 1 ms, and a quarter less where the loop makes up for all the ticks
+/// that can wait. Ticks that were lost count too, so that work of some ms in the main loop is soon followed by a feed.
+const TICKS_PER_FEED: u64 = 100;
 /// From when on it may be fed: 0.5 ms after the last time, and less by the 6 % that its clock may be fast. Ticks that
 /// come twice as fast as they should restart the board.
 const WINDOW: u16 = PERIODS - 4;
@@ -31,12 +32,13 @@ const CHANGE_MICROS: u32 = 1000;
 #[derive(Debug)]
 pub struct Watchdog {
     device: pac::IWDG,
-    ticks: u8,
+    /// The interrupt at the last feed, as far as the loop has followed; `None` before the first.
+    fed_at: Option<u64>,
 }
 
 impl Watchdog {
     pub(super) fn new(device: pac::IWDG) -> Self {
-        Self { device, ticks: 0 }
+        Self { device, fed_at: None }
     }
 
     /// Starts it. From now on it must be fed.
@@ -47,12 +49,12 @@ impl Watchdog {
         self.wait_for(PERIODS, WINDOW);
     }
 
-    /// To be called once a tick.
+    /// To be called once a tick, with the number of the timer's interrupt that made it.
     #[inline]
-    pub fn feed(&mut self) {
-        self.ticks += 1;
-        if self.ticks >= TICKS_PER_FEED {
-            self.ticks = 0;
+    pub fn feed(&mut self, interrupt: u64) {
+        let fed_at = *self.fed_at.get_or_insert(interrupt);
+        if interrupt.saturating_sub(fed_at) >= TICKS_PER_FEED {
+            self.fed_at = Some(interrupt);
             self.device.kr().write(|w| w.key().feed());
         }
     }
@@ -77,6 +79,6 @@ impl Watchdog {
         device.kr().write(|w| w.key().unlock());
         device.winr().write(|w| w.win().set(window));
         let _ = wait_until(CHANGE_MICROS, || device.sr().read().wvu().bit_is_clear());
-        self.ticks = 0;
+        self.fed_at = None;
     }
 }

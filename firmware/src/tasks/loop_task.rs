@@ -69,6 +69,11 @@ impl LoopTask<'_> {
         self.ticks.ready()
     }
 
+    /// The number of the interrupt that made the last tick.
+    pub fn last_interrupt(&self) -> u64 {
+        self.last_interrupt
+    }
+
     /// Takes bytes from the host, at most [`super::BYTES_PER_TICK_MAX`] a tick.
     pub fn receive(&mut self, bytes: &[u8], send: &mut impl FnMut(&[u8])) {
         let was_driving = self.application.is_driving();

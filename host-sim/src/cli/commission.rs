@@ -28,6 +28,10 @@ pub(super) struct CommissionArgs {
     /// Commission N drawn motors instead, and move each by the map of its own and by the one that it began with
     #[arg(long, value_name = "N", value_parser = Count(1..=1_000_000), allow_negative_numbers = true)]
     trials: Option<u64>,
+    /// Moves of each motor by either map
+    #[arg(long, value_name = "N", default_value = "1", requires = "trials")]
+    #[arg(value_parser = Count(1..=1_000_000), allow_negative_numbers = true)]
+    moves: u64,
     /// Folder for map.toml, which `position --map` takes, and commissioning.svg; of trials for
     /// commissioning-trials.svg and trials.csv
     #[arg(long, value_name = "DIR", default_value = "out/commission")]
@@ -66,7 +70,7 @@ impl CommissionArgs {
         let publication = self.publication.open(&self.out)?;
         if let Some(count) = self.trials {
             let bar = progress::bar(count);
-            let trials = CommissioningTrials::run(&scene, count, &|| bar.inc(1))?;
+            let trials = CommissioningTrials::run(&scene, count, self.moves, &|| bar.inc(1))?;
             bar.finish_and_clear();
             let findings = Findings {
                 files: vec![("trials.csv".to_owned(), trials.csv()?)],

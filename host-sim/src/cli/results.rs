@@ -227,11 +227,11 @@ fn commissioned_value(effort: &Effort, scene: &Scene) -> Result<PlacedValue, Com
     let [height_only, tilting] = effort.commissioned_motors;
     let first = BesideScene { name: tilting::HEIGHT_ONLY.to_owned(), scene: scene.clone() };
     let mut found =
-        BesideScene::run_each(&[first], |scene| CommissioningTrials::run(scene, height_only, &|| ()))?;
+        BesideScene::run_each(&[first], |scene| CommissioningTrials::run(scene, height_only, 1, &|| ()))?;
     if tilting > 0 {
         let scenes = tilting::of_many_motors(scene, COMMISSIONED_TILTING)?;
         found.extend(BesideScene::run_each(&scenes, |scene| {
-            CommissioningTrials::run(scene, tilting, &|| ())
+            CommissioningTrials::run(scene, tilting, effort.commissioned_moves, &|| ())
         })?);
     }
     Ok(commissioning::page_value(&found))

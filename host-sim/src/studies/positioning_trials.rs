@@ -194,8 +194,16 @@ impl PositioningTrialsPlan {
     /// # Errors
     /// When the scene is refused.
     pub(crate) fn trial(&self, number: u64) -> Result<PositioningTrial, RunError> {
-        let mut scene = self.scene.of_run(number)?;
-        let (kind, target_deg) = target(scene.seed());
+        self.trial_of_motor(number, number)
+    }
+
+    /// The motor of trial `motor`, moved to the target of trial `number`.
+    ///
+    /// # Errors
+    /// When the scene is refused.
+    pub(crate) fn trial_of_motor(&self, motor: u64, number: u64) -> Result<PositioningTrial, RunError> {
+        let mut scene = self.scene.of_run(motor)?;
+        let (kind, target_deg) = target(self.scene.of_run(number)?.seed());
         for (key, value) in [
             ("position.to_deg", target_deg.to_string()),
             ("position.tolerance_deg", tolerance_deg(&self.scene).to_string()),

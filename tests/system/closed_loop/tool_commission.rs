@@ -5,6 +5,7 @@ use controller::map_correction::{LearntFactors, MapCorrection};
 use controller::response_map::Family;
 use std::path::Path;
 
+use host_sim::studies::positioning_trials::target;
 use simulation::scene::parse_response_map;
 
 use crate::support::built_command::{folder, json, number, output_on, refuses, succeeds, written};
@@ -94,18 +95,29 @@ fn tool_commission_tells_a_dead_mode() {
     assert!(!modes.is_empty() && modes.iter().all(|mode| mode == "C"), "{modes:?}");
 }
 
-/// Trials give the same bytes on one thread and on two. Motors that are refused are counted with the reason.
+/// Trials give the same bytes on one thread and on two. Motors that are refused are counted with the reason. Two moves
+/// of each of two motors go to the targets of four trials of `positioning-trials`.
 #[test]
 fn tool_commission_trials_do_not_depend_on_the_threads() {
     let folder = folder();
     let arguments =
-        ["commission", "--trials", "2", "--fault", "drive:dead:c", "--out", "trials", "--format", "json"];
+        "commission --trials 2 --moves 2 --seed 5 --fault drive:dead:c --out trials --format json";
+    let arguments: Vec<&str> = arguments.split(' ').collect();
     let [one, two] = [1, 2].map(|threads| output_on(threads, folder.path(), &arguments));
     assert_eq!(one, two);
     let found: serde_json::Value = serde_json::from_slice(&one).expect("JSON");
     let refused = found["refused"].as_object().expect("reasons");
     assert!(refused.len() == 1 && refused.values().all(|count| *count == 2), "{found}");
-    assert_eq!(written(folder.path(), "trials/trials.csv").lines().count(), 3);
+    let rows = written(folder.path(), "trials/trials.csv");
+    let mut rows = rows.lines().map(|row| row.split(',').collect::<Vec<_>>());
+    let header = rows.next().expect("a header");
+    let place = |name: &str| header.iter().position(|column| *column == name).expect("a column");
+    let [seed, aim, by_own] = ["seed", "target_deg", "own_error_mdeg"].map(place);
+    let moves: Vec<(u64, f64)> = rows
+        .inspect(|row| assert_eq!(row[by_own], "", "a motor without a map made a move by it: {row:?}"))
+        .map(|row| (row[seed].parse().expect("a seed"), row[aim].parse().expect("an angle")))
+        .collect();
+    assert_eq!(moves, [(5, 5), (5, 7), (6, 6), (6, 8)].map(|(seed, trial)| (seed, target(trial).1)));
     let help = succeeds(folder.path(), &["commission", "--help"]);
     assert!(help.contains("--trials") && help.contains("Examples:"), "{help}");
 }

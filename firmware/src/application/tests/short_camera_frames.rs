@@ -89,3 +89,18 @@ fn law_a_board_without_a_session_says_so() {
     assert_eq!(bench.exchange_bytes(&frame), [fault]);
     assert_eq!(bench.board.counters().other_session, 1);
 }
+
+/// A damaged frame that passes its CRC-16 may have any number. It keeps no message out that follows.
+#[test]
+fn law_a_wrong_number_of_a_short_frame_keeps_no_message_out() {
+    for ahead in 0..12 {
+        let mut bench = Bench::driving();
+        let sequence = bench.sequence;
+        bench.sequence = sequence.wrapping_add(ahead);
+        let wrong = bench.camera_frame(0);
+        bench.sequence = sequence;
+        let right = bench.camera_frame(0);
+        assert!(bench.exchange_bytes(&[wrong, right].concat()).is_empty());
+        assert_eq!(bench.exchange(&HostMessage::Stop), [BoardMessage::Stopped], "{ahead} ahead");
+    }
+}

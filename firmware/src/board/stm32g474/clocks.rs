@@ -18,7 +18,7 @@
 use stm32g4::stm32g474 as pac;
 
 use super::CLOCK_HZ;
-use crate::board::wait::wait_until;
+use crate::board::wait::{answers, wait_until};
 
 /// Longest start of a crystal: ST's own drivers wait as long.
 const CRYSTAL_MICROS: u32 = 100_000;
@@ -37,6 +37,7 @@ pub(super) fn start(device: &pac::Peripherals) -> Option<()> {
     wait_until(CRYSTAL_MICROS, || rcc.cr().read().hserdy().bit_is_set())?;
     rcc.cfgr().modify(|_, w| w.hpre().div2());
     rcc.apb1enr1().modify(|_, w| w.pwren().set_bit());
+    answers(rcc.apb1enr1().read());
     device.PWR.cr5().modify(|_, w| w.r1mode().clear_bit());
     #[expect(unsafe_code, reason = "the register's description does not bound its values")]
     // SAFETY: four wait states are among the register's values.

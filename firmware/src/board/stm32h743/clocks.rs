@@ -15,14 +15,11 @@
 //! | the PLL is the clock | `RCC_CFGR`: `SW`, `SWS` |
 //! | from now on a clock that stops cuts the bridge off, and ends the program | `RCC_CR`: `HSECSSON` |
 
-#![expect(unsafe_code, reason = "registers whose description does not bound their values, and an exception")]
+#![expect(unsafe_code, reason = "registers whose description does not bound their values")]
 
-use cortex_m_rt::exception;
-use cortex_m_semihosting::debug;
 use stm32h7::stm32h743v as pac;
 
-use crate::board::end;
-use crate::board::wait::wait_until;
+use crate::board::wait::{answers, wait_until};
 
 /// Longest start of the clock from outside.
 const START_MICROS: u32 = 100_000;
@@ -85,12 +82,9 @@ fn raise_supply(device: &pac::Peripherals) -> Option<()> {
     power.d3cr().modify(|_, w| unsafe { w.vos().bits(SCALE_1) });
     wait_until(SUPPLY_MICROS, || power.d3cr().read().vosrdy().bit_is_set())?;
     device.RCC.apb4enr().modify(|_, w| w.syscfgen().set_bit());
+    answers(device.RCC.apb4enr().read());
     device.SYSCFG.pwrcr().modify(|_, w| w.oden().set_bit());
+    // The register is not written where its clock is off, and the supply is still ready, at scale 1.
+    device.SYSCFG.pwrcr().read().oden().bit_is_set().then_some(())?;
     wait_until(SUPPLY_MICROS, || power.d3cr().read().vosrdy().bit_is_set())
-}
-
-/// The clock from outside has stopped. The hardware has cut the bridge off, and the program ends.
-#[exception]
-unsafe fn NonMaskableInt() {
-    end(debug::EXIT_FAILURE)
 }

@@ -42,6 +42,7 @@ pub(crate) fn page_value(scenes: &[Beside<CommissioningTrials>]) -> PlacedValue 
         "map",
         "motors",
         "refused",
+        "moves",
         "failed",
         "50 %",
         "95 %",
@@ -56,8 +57,8 @@ pub(crate) fn page_value(scenes: &[Beside<CommissioningTrials>]) -> PlacedValue 
             [("of the design", prior, "-".to_owned()), ("of the motor", own, found.refused().to_string())]
         {
             let TrialSummary { trials, failures, p50_mdeg, p95_mdeg, max_mdeg, .. } = summary;
-            let mut cells = vec![name.clone(), map.to_owned(), trials.to_string(), refused];
-            cells.push(failures.to_string());
+            let mut cells = vec![name.clone(), map.to_owned(), found.trials.len().to_string(), refused];
+            cells.extend([trials, failures].map(|count| count.to_string()));
             cells.extend([p50_mdeg, p95_mdeg, max_mdeg].map(millidegrees));
             cells.extend([summary.median_settle_s, summary.settle_over_bound].map(|of| format!("{of:.2}")));
             cells.push(format!("{:.0}", summary.median_switches));
@@ -70,9 +71,7 @@ pub(crate) fn page_value(scenes: &[Beside<CommissioningTrials>]) -> PlacedValue 
 impl CommissioningTrials {
     /// Of each pair of moves what `of` gives by the map of its own less what it gives by the other.
     fn differences(&self, of: fn(&PositioningTrial) -> Option<f64>) -> Vec<f64> {
-        let difference =
-            |trial: &CommissioningTrial| Some(of(trial.by_own.as_ref()?)? - of(&trial.by_prior)?);
-        self.trials.iter().filter_map(difference).collect()
+        self.pairs().filter_map(|(prior, own)| Some(of(own)? - of(prior)?)).collect()
     }
 
     fn resonance_errors(&self) -> Vec<ResonanceErrors> {
@@ -214,19 +213,16 @@ impl CommissioningTrials {
     }
 
     fn figure(&self) -> Figure {
-        let share = |of: fn(&CommissioningTrial) -> Option<&PositioningTrial>| {
-            let mut errors: Vec<f64> = self
-                .trials
-                .iter()
-                .filter_map(|trial| Some(of(trial)?.final_error_mdeg.abs().max(1e-3)))
-                .collect();
+        let share = |of: fn(&CommissioningTrial) -> &[PositioningTrial]| {
+            let trials = self.trials.iter().flat_map(of);
+            let mut errors: Vec<f64> = trials.map(|trial| trial.final_error_mdeg.abs().max(1e-3)).collect();
             errors.sort_by(f64::total_cmp);
             let count = errors.len();
             let beyond = |(rank, error)| (error, 100.0 * real(count - rank) / real(count));
             errors.into_iter().enumerate().map(beyond).collect::<Vec<(f64, f64)>>()
         };
-        let prior = share(|trial| Some(&trial.by_prior));
-        let own = share(|trial| trial.by_own.as_ref());
+        let prior = share(|trial| &trial.by_prior);
+        let own = share(|trial| &trial.by_own);
         let panel = Panel::new(
             "True final error",
             Axis::new("error (mdeg)").logarithmic(),
@@ -235,7 +231,7 @@ impl CommissioningTrials {
         .series(Series::line(prior).colour(Colour::Grey).width(1.5).label("map that it began with"))
         .series(Series::line(own).colour(Colour::Blue).width(1.5).label("map of the motor"));
         Figure::new("Commissioning trials")
-            .caption(format!("{} motors, each commissioned and moved once by either map.", self.trials.len()))
+            .caption(format!("{} motors, each commissioned, and moved by either map.", self.trials.len()))
             .panel(panel.height(360))
     }
 
@@ -243,8 +239,9 @@ impl CommissioningTrials {
     pub(crate) fn report(&self) -> StudyReport {
         let refused = self.trials.iter().map(|trial| trial.refused.is_some());
         let found = self.trials.iter().map(|trial| !trial.findings.is_empty());
-        let own = || self.trials.iter().filter_map(|trial| trial.by_own.as_ref());
-        let moves = |of: &str, trials: Vec<&PositioningTrial>| {
+        let prior: Vec<&PositioningTrial> = self.trials.iter().flat_map(|trial| &trial.by_prior).collect();
+        let own: Vec<&PositioningTrial> = self.trials.iter().flat_map(|trial| &trial.by_own).collect();
+        let moves = |of: &str, trials: &[&PositioningTrial]| {
             let errors = trials.iter().map(|trial| trial.final_error_mdeg.abs());
             let settled = trials.iter().map(|trial| trial.settle_s);
             [
@@ -259,26 +256,26 @@ impl CommissioningTrials {
             KeyFigure::count("motors refused", refused),
             KeyFigure::count("motors of which something was found", found),
         ];
-        key_figures.extend(moves("map of the motor", own().collect()));
-        let prior = self.trials.iter().map(|trial| &trial.by_prior).collect();
-        key_figures.extend(moves("map that it began with", prior));
-        let moved_s = |trial: &PositioningTrial| trial.duration_s;
-        let durations = self.trials.iter().map(|trial| {
-            trial.time_s + moved_s(&trial.by_prior) + trial.by_own.as_ref().map_or(0.0, moved_s)
-        });
+        key_figures.extend(moves("map of the motor", &own));
+        key_figures.extend(moves("map that it began with", &prior));
+        let moving_s = prior.iter().chain(&own).map(|trial| trial.duration_s);
+        let motor_s = self.times_s().into_iter().chain(moving_s).sum();
         StudyReport {
             title: "Commissioning trials".to_owned(),
             verdict: self.verdict(),
-            asked: vec![("motors", format!("{}, each with a move of its own", self.trials.len()))],
+            asked: vec![
+                ("motors", format!("{}, each with targets of its own", self.trials.len())),
+                ("moves", format!("{} by the map that each began with", prior.len())),
+            ],
             pictures: vec![("commissioning-trials.svg".to_owned(), self.figure())],
             document: self.document(),
             key_figures,
             sure: vec![
                 "The truth is known because this is a simulation. The intervals are of the motors that might have been \
-                 drawn."
+                 drawn; several moves of one motor count as if each had a motor of its own."
                     .to_owned(),
             ],
-            motor_s: Some(durations.sum()),
+            motor_s: Some(motor_s),
         }
     }
 

@@ -1,8 +1,9 @@
 //! Many drawn motors, each commissioned and then moved by the map of its own and by the one that commissioning began
 //! with: `host-sim commission --trials`.
 //!
-//! The moves are those of `host-sim positioning-trials`. A motor that is refused makes none by a map of its own, and
-//! counts in the table of what was refused.
+//! The targets are those of `host-sim positioning-trials`. Of `n` motors, motor `k` goes to the targets of the trials
+//! `k`, `k + n`, `k + 2 n` and so on, each time from rest at zero and with the map as commissioning has made it. A
+//! motor that is refused makes no move by a map of its own, and counts in the table of what was refused.
 
 use serde::Serialize;
 
@@ -31,10 +32,10 @@ pub struct CommissioningTrial {
     pub findings: Vec<(String, &'static str)>,
     /// Resonance found less the true one, and the standard deviation stated, in Hz, for modes B and C.
     pub resonances: [Option<(f64, f64)>; 2],
-    /// The move by the map that commissioning began with.
-    pub by_prior: PositioningTrial,
-    /// The move by the map of its own.
-    pub by_own: Option<PositioningTrial>,
+    /// The moves by the map that commissioning began with.
+    pub by_prior: Vec<PositioningTrial>,
+    /// The same moves by the map of its own; empty where it was refused one.
+    pub by_own: Vec<PositioningTrial>,
 }
 
 /// The trials of a scene.
@@ -44,7 +45,7 @@ pub struct CommissioningTrials {
     pub trials: Vec<CommissioningTrial>,
 }
 
-/// A motor in a row of trials.csv.
+/// A move in a row of trials.csv.
 #[derive(Debug, Serialize)]
 struct TrialRow {
     seed: u64,
@@ -64,18 +65,22 @@ struct TrialRow {
 }
 
 impl CommissioningTrial {
-    fn of(scene: &Scene, number: u64) -> Result<Self, RunError> {
+    /// Motor `number` of `scene`, moved to the targets of the trials `aims`.
+    fn of(scene: &Scene, number: u64, aims: impl Iterator<Item = u64> + Clone) -> Result<Self, RunError> {
         let own = scene.of_run(number)?;
         let motor = commission::run(&own, |_| ())?;
-        let moved = |scene: &Scene| PositioningTrialsPlan::new(scene, Strategy::Planned, 1)?.trial(number);
+        let moved = |scene: &Scene| -> Result<Vec<PositioningTrial>, RunError> {
+            let plan = PositioningTrialsPlan::new(scene, Strategy::Planned, 1)?;
+            aims.clone().map(|aim| plan.trial_of_motor(number, aim)).collect()
+        };
         let by_prior = moved(scene)?;
         let (by_own, refused) = match motor.commissioned.map {
             Ok(map) => match moved(&scene.clone().with_response_map(map)) {
-                Ok(trial) => (Some(trial), None),
+                Ok(trials) => (trials, None),
                 // A move that the map does not allow is refused before it begins.
-                Err(error) => (None, Some(error.to_string())),
+                Err(error) => (Vec::new(), Some(error.to_string())),
             },
-            Err(unfit) => (None, Some(unfit.to_string())),
+            Err(unfit) => (Vec::new(), Some(unfit.to_string())),
         };
         let mut resonances = rows::resonances(&motor)
             .into_iter()
@@ -96,60 +101,73 @@ impl CommissioningTrial {
             by_own,
         })
     }
+
+    /// A row for each of its moves.
+    fn rows(&self) -> impl Iterator<Item = TrialRow> {
+        let [b, c] = self.resonances;
+        let words: Vec<String> = self.findings.iter().map(|(mode, word)| format!("{mode}:{word}")).collect();
+        let findings = words.join(" ");
+        self.by_prior.iter().enumerate().map(move |(place, prior)| {
+            let own = self.by_own.get(place);
+            TrialRow {
+                seed: self.seed,
+                commissioning_s: self.time_s,
+                end: self.end,
+                refused: self.refused.clone(),
+                findings: findings.clone(),
+                b_off_hz: b.map(|found| found.0),
+                b_sd_hz: b.map(|found| found.1),
+                c_off_hz: c.map(|found| found.0),
+                c_sd_hz: c.map(|found| found.1),
+                target_deg: prior.target_deg,
+                prior_error_mdeg: prior.final_error_mdeg,
+                prior_settle_s: prior.settle_s,
+                own_error_mdeg: own.map(|own| own.final_error_mdeg),
+                own_settle_s: own.and_then(|own| own.settle_s),
+            }
+        })
+    }
 }
 
 impl CommissioningTrials {
-    /// Commissions and moves `count` motors of `scene`, the first that of its seed. Calls `progress` after each. The
-    /// result does not depend on the number of threads.
+    /// Commissions `count` motors of `scene`, the first that of its seed, and lets each make `moves` by either map.
+    /// Calls `progress` after each motor. The result does not depend on the number of threads.
     ///
     /// # Errors
     /// When the scene is refused.
-    pub fn run(scene: &Scene, count: u64, progress: &(impl Fn() + Sync)) -> Result<Self, RunError> {
-        let one = |number| CommissioningTrial::of(scene, number);
+    pub fn run(
+        scene: &Scene,
+        count: u64,
+        moves: u64,
+        progress: &(impl Fn() + Sync),
+    ) -> Result<Self, RunError> {
+        let one = |number| CommissioningTrial::of(scene, number, (0..moves).map(|of| number + of * count));
         Ok(Self { trials: run_each(Shard::ALL.numbers(count), one, progress)? })
     }
 
     /// The figures of the moves by either map, of motors that made both; the first by the map that commissioning began
     /// with.
     pub fn both(&self) -> [TrialSummary; 2] {
-        let pairs = || self.trials.iter().filter_map(|trial| Some((&trial.by_prior, trial.by_own.as_ref()?)));
-        let [prior, own]: [Vec<&PositioningTrial>; 2] =
-            [pairs().map(|pair| pair.0).collect(), pairs().map(|pair| pair.1).collect()];
+        let (prior, own): (Vec<_>, Vec<_>) = self.pairs().unzip();
         [TrialSummary::of(&prior), TrialSummary::of(&own)]
+    }
+
+    /// Each move that was made by both maps: by the one that commissioning began with, and by that of the motor.
+    pub(super) fn pairs(&self) -> impl Iterator<Item = (&PositioningTrial, &PositioningTrial)> {
+        self.trials.iter().flat_map(|trial| trial.by_prior.iter().zip(&trial.by_own))
     }
 
     /// The figures of all motors by the map that commissioning began with.
     pub fn all_by_prior(&self) -> TrialSummary {
-        TrialSummary::of(&self.trials.iter().map(|trial| &trial.by_prior).collect::<Vec<_>>())
+        TrialSummary::of(&self.trials.iter().flat_map(|trial| &trial.by_prior).collect::<Vec<_>>())
     }
 
-    /// A row a motor.
+    /// A row a move.
     ///
     /// # Errors
     /// When it cannot be laid out: never.
     pub(crate) fn csv(&self) -> Result<String, OutputError> {
-        let row = |trial: &CommissioningTrial| {
-            let [b, c] = trial.resonances;
-            let words: Vec<String> =
-                trial.findings.iter().map(|(mode, word)| format!("{mode}:{word}")).collect();
-            TrialRow {
-                seed: trial.seed,
-                commissioning_s: trial.time_s,
-                end: trial.end,
-                refused: trial.refused.clone(),
-                findings: words.join(" "),
-                b_off_hz: b.map(|found| found.0),
-                b_sd_hz: b.map(|found| found.1),
-                c_off_hz: c.map(|found| found.0),
-                c_sd_hz: c.map(|found| found.1),
-                target_deg: trial.by_prior.target_deg,
-                prior_error_mdeg: trial.by_prior.final_error_mdeg,
-                prior_settle_s: trial.by_prior.settle_s,
-                own_error_mdeg: trial.by_own.as_ref().map(|own| own.final_error_mdeg),
-                own_settle_s: trial.by_own.as_ref().and_then(|own| own.settle_s),
-            }
-        };
-        let rows: Vec<TrialRow> = self.trials.iter().map(row).collect();
+        let rows: Vec<TrialRow> = self.trials.iter().flat_map(CommissioningTrial::rows).collect();
         files::csv(None, rows.into_iter())
     }
 }
