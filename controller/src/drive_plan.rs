@@ -160,7 +160,10 @@ impl Situation {
     /// The burst of mode B that turns this motor by `aim_rad`: a nudge, or a throw beyond the longest.
     fn clockwise_burst(&self, motor: MotorResponse<'_>, aim_rad: f32) -> Option<DrivePlan> {
         let nudges = self.longest_rad(motor, Family::Nudge).is_some_and(|longest| aim_rad < longest);
-        self.burst(motor, if nudges { Family::Nudge } else { Family::Throw }, aim_rad)
+        let [first, other] =
+            if nudges { [Family::Nudge, Family::Throw] } else { [Family::Throw, Family::Nudge] };
+        // A map, or a limit of the amplitude, may leave no throw: then the longest nudge has to do, again and again.
+        self.burst(motor, first, aim_rad).or_else(|| self.burst(motor, other, aim_rad))
     }
 
     /// The cruise that is due for a motor of that response; `None` near the target, and where bursts take its place.
@@ -186,7 +189,7 @@ impl Situation {
 
     fn counter_clockwise(&self, motor: MotorResponse<'_>) -> Option<DrivePlan> {
         let remaining_rad = -self.remaining_rad;
-        if remaining_rad >= motor.map.stride_from_rad() && self.amplitude_max >= 1.0 {
+        if remaining_rad >= self.stride_from_rad(motor) && self.amplitude_max >= 1.0 {
             let aim_rad = remaining_rad / (1.0 + STRIDE_SHORT_SPREADS * motor.spread(Family::Stride));
             return self.due(self.burst(motor, Family::Stride, aim_rad)?);
         }
@@ -204,6 +207,15 @@ impl Situation {
             self.burst(motor, Family::Walk, remaining_rad)
         } else {
             None
+        }
+    }
+
+    /// Distance in rad from which a stride is driven: in a map without walks from where the steps end.
+    fn stride_from_rad(&self, motor: MotorResponse<'_>) -> f32 {
+        if motor.map.bursts(Family::Walk).is_empty() {
+            self.longest_rad(motor, Family::Step).map_or(0.0, |longest| STEP_RANGE_PART * longest)
+        } else {
+            motor.map.stride_from_rad()
         }
     }
 

@@ -90,7 +90,7 @@ pub struct Positioning {
     watch: SettlingWatch,
     /// Brakes of this move.
     brakes: u8,
-    /// Since when there is no usable estimate.
+    /// Since when the camera has shown nothing: no usable estimate, or one of a silent camera.
     blind_since: Option<Time>,
     /// Whether the angle was too uncertain to cut a cruise of this move by: bursts take its place.
     bursts_only: bool,
@@ -138,6 +138,7 @@ impl Positioning {
         self.brakes = 0;
         self.ticks_to_plan = 0;
         self.bursts_only = false;
+        self.blind_since = None;
         self.nearest_rad = f32::INFINITY;
         self.phase = if !self.tuning.limits.travel.contains(target.angle()) {
             PositioningPhase::Stopped(StopReason::OutOfTravel)
@@ -192,11 +193,13 @@ impl Positioning {
             (PositioningPhase::Stopped(_), _) => None,
             (_, None) => Some(self.wait(now, health)),
             (_, Some(estimate)) => {
-                if !wide {
-                    self.blind_since = None;
-                }
                 self.rest.note_variance(estimate, self.tuning.floor_rad2);
-                self.step(map, now, estimate, wide)
+                if wide || health == Health::Degraded(Reason::CameraSilent) {
+                    self.step_blind(map, now, estimate, wide)
+                } else {
+                    self.blind_since = None;
+                    self.step(map, now, estimate, wide)
+                }
             }
         };
         if let Some(next) = next {
@@ -205,6 +208,10 @@ impl Positioning {
         if !matches!(self.phase, PositioningPhase::Holding | PositioningPhase::Stopped(_))
             && now > self.deadline_at
         {
+            if matches!(self.phase, PositioningPhase::Burst { .. }) {
+                // What was forecast is the turn of a whole burst.
+                self.rest.forget();
+            }
             self.phase = PositioningPhase::Stopped(StopReason::TimedOut);
         }
         let command = self.command();
@@ -257,6 +264,33 @@ impl Positioning {
                 Some(PositioningPhase::Settling(Wait::Rest))
             }
             PositioningPhase::Stopped(_) => None,
+        }
+    }
+
+    /// [`Self::step`] by the prediction of a silent camera. A cruise goes on for a window, in which nothing shows that
+    /// the rotor turns; a rotor with the drive off is not measured meanwhile.
+    fn step_blind(
+        &mut self,
+        map: &ResponseMap,
+        now: Time,
+        estimate: &Estimate<f32>,
+        wide: bool,
+    ) -> Option<PositioningPhase> {
+        let blind_nanos = now.nanos_since(*self.blind_since.get_or_insert(now));
+        match self.phase {
+            PositioningPhase::Cruise { cruise, .. } if blind_nanos > self.tuning.progress_window_nanos => {
+                let direction = direction(cruise.mode);
+                let coast_rad = map.coast_rad(cruise.mode, direction * cruise.rate_rad_s);
+                Some(self.coast(direction, coast_rad, cruise.coast_sd_rad))
+            }
+            PositioningPhase::Settling(_) if blind_nanos > self.tuning.blind_max_nanos => {
+                Some(PositioningPhase::Stopped(StopReason::NoEstimate))
+            }
+            PositioningPhase::Settling(_) => {
+                self.watch.begin_measuring_anew();
+                self.step(map, now, estimate, wide)
+            }
+            _ => self.step(map, now, estimate, wide),
         }
     }
 
@@ -351,6 +385,7 @@ impl Positioning {
         estimate: &Estimate<f32>,
     ) -> Option<PositioningPhase> {
         if self.leaves(family.mode(), estimate) {
+            self.rest.forget();
             return Some(PositioningPhase::Stopped(StopReason::OutOfTravel));
         }
         let wanted_nanos = u64::from(burst.ticks) * crate::TICK_NANOS;

@@ -28,6 +28,10 @@ pub use self::profile::{Dwell, Profile, RATE_MAX_RAD_S, RateProfile};
 use crate::positioning::PositioningTuning;
 use crate::response_map::{ResponseMap, direction};
 
+/// Least time constant of the correction, in times from a frame to the next: a loop of a pure delay has a phase margin
+/// of 71 degrees then (`90 - 180 / (3 pi)` degrees). An assumption.
+const WAITS_TO_CATCH_UP: f32 = 3.0;
+
 /// Tuning of the rate controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateTuning {
@@ -60,10 +64,16 @@ impl Default for RateTuning {
 }
 
 impl RateTuning {
-    /// The default for `instruments`: a slow camera needs a longer window to see that the rotor follows.
+    /// The default for `instruments`. A slow or late camera needs a longer window to see that the rotor follows, and a
+    /// slower correction: a loop that corrects an error before the next frame shows what became of it overshoots.
     pub fn new(instruments: &Instruments) -> Self {
-        let progress_window_nanos = PositioningTuning::new(instruments).progress_window_nanos;
-        Self { limits: RateLimits { progress_window_nanos, ..RateLimits::default() }, ..Self::default() }
+        let positioning = PositioningTuning::new(instruments);
+        let limits =
+            RateLimits { progress_window_nanos: positioning.progress_window_nanos, ..RateLimits::default() };
+        let default = Self::default();
+        let catch_up_s = default.catch_up_s.max(WAITS_TO_CATCH_UP * positioning.frame_wait_s());
+        let ahead_rad = default.ahead_rad * (catch_up_s / default.catch_up_s);
+        Self { catch_up_s, ahead_rad, limits, ..default }
     }
 
     /// For a smooth rate: an error is corrected in a tenth of a second and the rotor is never driven back, so that the

@@ -39,12 +39,12 @@ impl RingDown {
         let nanos = [(ModeBFrequency, ModeBDampingRatio), (ModeCFrequency, ModeCDampingRatio)].map(
             |(frequency, damping_ratio)| {
                 let turns_per_s = (design.get(frequency) * design.get(damping_ratio)) as f32;
-                crate::TICK_NANOS as u32 + (1e9 * TIME_CONSTANTS / TAU / turns_per_s) as u32
+                (crate::TICK_NANOS as u32).saturating_add((1e9 * TIME_CONSTANTS / TAU / turns_per_s) as u32)
             },
         );
         let [clockwise, _] = nanos;
         // The last tick of that drive has ended.
-        Self { nanos, until: now.plus_nanos(u64::from(clockwise) - crate::TICK_NANOS) }
+        Self { nanos, until: now.plus_nanos(u64::from(clockwise).saturating_sub(crate::TICK_NANOS)) }
     }
 
     /// The drive is on in `mode` in the tick that begins at `now`.

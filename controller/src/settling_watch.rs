@@ -141,6 +141,11 @@ impl SettlingWatch {
         if beyond { Shown::Turns { clockwise: direction > 0.0 } } else { Shown::Nothing }
     }
 
+    /// The next call of [`Self::measure`] begins a window: no frame has come in the one under way.
+    pub fn begin_measuring_anew(&mut self) {
+        self.measuring = None;
+    }
+
     /// Measures a rotor at rest until its variance is `needed_rad2`, in windows of at least `window_nanos`. Answers the
     /// time to go, and whether that exceeds `left_s` in two windows in a row; zero or less of `needed_rad2` cannot be
     /// reached.

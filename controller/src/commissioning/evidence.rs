@@ -135,7 +135,10 @@ impl CommissioningEvidence {
         if significant && turned_rad < 0.0 {
             evidence.backward = evidence.backward.saturating_add(1);
         }
-        if !significant || turned_rad.abs() < STILL_PART * expected_rad {
+        // Of a late camera a window may be too uncertain to show any turn.
+        let limit_rad2 = SIGNIFICANT_SIGMAS * SIGNIFICANT_SIGMAS * turned_rad2;
+        let shows_a_turn = expected_rad * expected_rad > limit_rad2;
+        if shows_a_turn && (!significant || turned_rad.abs() < STILL_PART * expected_rad) {
             evidence.still = evidence.still.saturating_add(1);
         }
     }

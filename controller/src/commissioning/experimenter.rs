@@ -198,7 +198,13 @@ impl Experimenter {
             if now.nanos_since(self.started_at) >= self.tuning.time_max_nanos {
                 self.stage = Stage::Ended(CommissioningEnd::TimeOver);
             } else if let Some(estimate) = usable {
-                self.blind_since = None;
+                if wide && self.is_blind_too_long(now) {
+                    self.stage = Stage::Ended(CommissioningEnd::NoEstimate);
+                    return self.command();
+                }
+                if !wide {
+                    self.blind_since = None;
+                }
                 self.step(now, estimate, wide);
             } else {
                 self.wait(now);
@@ -209,17 +215,22 @@ impl Experimenter {
 
     /// No usable estimate. A sweep needs none; any other experiment ends, and shows nothing.
     fn wait(&mut self, now: Time) {
-        let since = *self.blind_since.get_or_insert(now);
         if matches!(self.stage, Stage::Cruising(_) | Stage::Bursting(_)) {
             self.lost = self.lost.saturating_add(1);
         }
-        if now.nanos_since(since) > self.tuning.blind_max_nanos || self.lost > LOST_MAX {
+        if self.is_blind_too_long(now) || self.lost > LOST_MAX {
             self.stage = Stage::Ended(CommissioningEnd::NoEstimate);
         } else if let Stage::Sweeping(_) = self.stage {
             self.sweep(now);
         } else {
             self.stage = Stage::Resting(Resting::new(Pending::Nothing, now));
         }
+    }
+
+    /// Whether the camera has shown nothing for too long: there is no usable estimate, or a wide one.
+    fn is_blind_too_long(&mut self, now: Time) -> bool {
+        let since = *self.blind_since.get_or_insert(now);
+        now.nanos_since(since) > self.tuning.blind_max_nanos
     }
 
     fn command(&self) -> DriveCommand {

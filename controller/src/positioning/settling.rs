@@ -32,6 +32,10 @@ const BRAKES_MAX: u8 = 3;
 impl Positioning {
     /// No usable estimate: drive off, for a bounded time.
     pub(super) fn wait(&mut self, now: Time, health: Health) -> PositioningPhase {
+        if matches!(self.phase, PositioningPhase::Holding) {
+            // As after a jolt, the move begins anew.
+            self.retarget(self.target, now);
+        }
         self.rest.forget();
         let since = *self.blind_since.get_or_insert(now);
         if now.nanos_since(since) > self.tuning.blind_max_nanos {

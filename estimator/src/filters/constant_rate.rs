@@ -35,7 +35,9 @@
 //! 0.1 s it adds 18 rad/s. In truth the rate returns to its mean with the correlation time T. So there the rate and its
 //! error decay by `exp(-h / T)` after each step h of the random walk, at most T / 3 long, or a sixteenth of the time to
 //! the next frame. The mean is that of the mode ([`mean_rate`]), and zero for a rotor that slides to a stop: piece by
-//! piece, since a drive may begin and end between two frames ([`crate::vibrometer::motion_history`]).
+//! piece, since a drive may begin and end between two frames ([`crate::vibrometer::motion_history`]). For 50 ms after a
+//! change of the motion friction brings the rate to the new mean, which takes as long in both modes: with T of mode B,
+//! and five times the noise.
 
 mod mean_rate;
 
@@ -202,12 +204,13 @@ impl<T: Real> RandomWalk<'_, T> {
         let intensity_rad2_s3 = self.tuning.intensity_rad2_s3(motion, false);
         while until > state.at {
             let next = until.min(state.at.plus_nanos(step_nanos));
+            // The mean of the mode before, of the next one, or between them: not known to some ten rad/s.
+            let in_transition = state.at < begun.plus_nanos(TRANSITION_NANOS);
+            let (per_correlation, factor) =
+                if in_transition { (of_b, T::from_f64(TRANSITION)) } else { (per_correlation, T::one()) };
             let x: T = next.seconds_since::<T>(state.at) * per_correlation;
             // exp(-x) to third order in x, and positive for any x.
             let kept = T::one() / (T::one() + x + T::from_f64(0.5) * x * x);
-            // The mean of the mode before, of the next one, or between them: not known to some ten rad/s.
-            let in_transition = state.at < begun.plus_nanos(TRANSITION_NANOS);
-            let factor = if in_transition { T::from_f64(TRANSITION) } else { T::one() };
             state.propagate(next, factor * intensity_rad2_s3);
             state.rate_rad_s = mean_rad_s + (state.rate_rad_s - mean_rad_s) * kept;
             state.covariance.kick_rate(kept, T::zero());
@@ -296,7 +299,8 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
         let innovation = self.tracker.update(frame, context, &process);
         self.watch.note_rest(self.tracker.is_resting(), clock);
         if self.random_walk.returns_to_mean {
-            self.mean_rates.note_frame(&innovation, self.watch.driven_mode());
+            let settled_at = self.watch.motions(clock).piece(clock).begun.plus_nanos(TRANSITION_NANOS);
+            self.mean_rates.note_frame(&innovation, self.watch.driven_mode(), settled_at);
         }
         innovation
     }

@@ -168,20 +168,23 @@ impl Rig {
         }
     }
 
-    /// Whether a long step may begin.
+    /// Whether a long step may begin. In one the rotor moves as it would without a fault that holds it.
     fn may_rest(&self) -> bool {
         self.plant.steps().is_multiple_of(self.rest_steps)
+            && !self.is_held()
             && self.ldv.due() >= self.seen.at.plus_nanos(self.rest_nanos)
+    }
+
+    /// Whether a fault holds the rotor.
+    #[inline]
+    fn is_held(&self) -> bool {
+        !self.faults.are_none() && self.faults.holds(self.plant.now())
     }
 
     /// One step of the plant.
     #[inline]
     fn step_plant(&mut self, command: DriveCommand) -> bool {
-        if !self.faults.are_none() && self.faults.holds(self.plant.now()) {
-            self.plant.step_stuck(command)
-        } else {
-            self.plant.step(command)
-        }
+        if self.is_held() { self.plant.step_stuck(command) } else { self.plant.step(command) }
     }
 
     /// Shows the last step, in which the rotor met something or not, to the instruments that are due.

@@ -4,6 +4,9 @@
 //! m <- m + w innovation / t        t: time between two frames between which the drive was on in one mode, w = 0.3
 //! ```
 //!
+//! Frames teach once the rate is at its mean. While it goes there, from the mean of the other mode or from rest, an
+//! innovation tells of the way: learnt as a mean it takes the rotor for one that turns the other way.
+//!
 //! Prior: 16 and -1.7 rad/s at full amplitude in modes B and C, from the model.
 
 use motor_model::{DriveMode, Real, Time};
@@ -37,8 +40,8 @@ impl<T: Real> MeanRates<T> {
         }
     }
 
-    /// Learns from a frame, while `mode` is driven.
-    pub(super) fn note_frame(&mut self, frame: &Innovation<T>, mode: Option<DriveMode>) {
+    /// Learns from a frame, while `mode` is driven. The rate is at its mean from `settled_at` on.
+    pub(super) fn note_frame(&mut self, frame: &Innovation<T>, mode: Option<DriveMode>, settled_at: Time) {
         let since = self.driven.replace((mode.unwrap_or(DriveMode::B), frame.taken_at));
         if mode.is_none() || frame.verdict == Verdict::Restarted {
             self.driven = None;
@@ -50,7 +53,7 @@ impl<T: Real> MeanRates<T> {
             DriveMode::B => b,
             DriveMode::C => c,
         };
-        if seconds > T::zero() {
+        if seconds > T::zero() && from >= settled_at {
             let learnt = *mean + T::from_f64(WEIGHT) * frame.innovation_rad / seconds;
             // Written so that NaN is not learnt.
             if learnt.abs() < T::from_f64(MOST_RAD_S) {
@@ -77,26 +80,28 @@ mod tests {
 
     /// A frame that is 10 mrad ahead after 20 ms under mode C shows a rate of 0.5 rad/s above the mean, of which a part
     /// of 0.3 is learnt, of that mode. A frame over a change of the drive teaches nothing, and so does one that would
-    /// make the mean faster than any rotor's.
+    /// make the mean faster than any rotor's, and one of a rate that is on its way to the mean.
     #[test]
     fn exact_a_frame_teaches_a_part_of_what_it_is_ahead_by() {
         let c = Some(DriveMode::C);
-        let learnt = |ahead_rad: f64, between: Option<DriveMode>| {
+        let learnt = |ahead_rad: f64, between: Option<DriveMode>, settled_millis: u64| {
+            let settled_at = Time::from_micros(1000 * settled_millis);
             let mut means = MeanRates::<f64>::new();
-            means.note_frame(&used(100, 0.0), c);
+            means.note_frame(&used(100, 0.0), c, settled_at);
             means.note_drive(between);
-            means.note_frame(&used(120, ahead_rad), c);
+            means.note_frame(&used(120, ahead_rad), c, settled_at);
             let [b, c] = PRIOR_RAD_S;
             [means.rad_s[0] - b, means.rad_s[1] - c]
         };
-        for (ahead_rad, between, expected) in [
-            (0.01, c, 0.15),
-            (-0.01, c, -0.15),
-            (0.01, None, 0.0),
-            (0.01, Some(DriveMode::B), 0.0),
-            (5.0, c, 0.0),
+        for (ahead_rad, between, settled_millis, expected) in [
+            (0.01, c, 100, 0.15),
+            (-0.01, c, 100, -0.15),
+            (0.01, c, 101, 0.0),
+            (0.01, None, 0, 0.0),
+            (0.01, Some(DriveMode::B), 0, 0.0),
+            (5.0, c, 0, 0.0),
         ] {
-            let [of_b, of_c] = learnt(ahead_rad, between);
+            let [of_b, of_c] = learnt(ahead_rad, between, settled_millis);
             assert!(
                 of_b.to_bits() == 0 && (of_c - expected).abs() < 1e-12,
                 "{ahead_rad} {between:?}: {of_c}"
