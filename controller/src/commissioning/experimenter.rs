@@ -29,7 +29,8 @@ use crate::settling_watch::WindowStart;
 const SPIN_UP_NANOS: u64 = 150_000_000;
 /// Least length in ns of the windows of a cruise.
 const WINDOW_NANOS: u64 = 50_000_000;
-/// Drives that may be cut because the estimate is lost. An assumption: a camera that is lost now and then.
+/// Drives in a row that may be cut because the estimate is lost. An assumption: at some drives a rotor that tilts is
+/// lost now and then.
 const LOST_MAX: u8 = 8;
 
 /// Tuning of the experiments.
@@ -127,7 +128,7 @@ pub struct Experimenter {
     pub(super) response: Option<Response>,
     windows: Vec<TurnWindow, WINDOWS>,
     blind_since: Option<Time>,
-    /// Drives that were cut because the estimate was lost.
+    /// Drives in a row that were cut because the estimate was lost.
     lost: u8,
 }
 
@@ -326,9 +327,11 @@ impl Experimenter {
             Pending::Coast { along, cut, rate_rad_s } => {
                 let coast_rad = along * estimate.angle.radians_since::<f32>(cut);
                 let windows = self.windows.clone();
+                self.lost = 0;
                 self.response = Some(Response::Cruise { windows, rate_rad_s, coast_rad, to_rest_s });
             }
             Pending::Turn(train) => {
+                self.lost = 0;
                 self.response = Some(Response::Train {
                     turned_rad: train.along * estimate.angle.radians_since::<f32>(train.from),
                     turned_rad2: train.from_rad2 + estimate.angle_rad2,
