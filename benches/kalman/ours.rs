@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use benches::matrix_covariance::CovarianceForm;
-use estimator::AngleRateCovariance;
+use estimator::{AngleRateCovariance, TrackCovariance as _};
 use motor_model::Real;
 use nalgebra::SVector;
 use ud_filter::{Blocks2, Dense, NoiseSource, Transition, UdCovariance, UpperTriangular};
@@ -153,9 +153,9 @@ impl<T: Real> Filter<T, 2, 1> for AngleAndRate<T> {
         self.angle += self.dt * self.rate;
         let innovation = z - self.angle;
         self.covariance.predict(self.dt, self.noise);
-        let gain = self.covariance.update_angle(self.measured_variance);
-        self.angle += gain.angle * innovation;
-        self.rate += gain.rate * innovation;
+        let [angle, rate] = self.covariance.update_angle(self.measured_variance);
+        self.angle += angle * innovation;
+        self.rate += rate * innovation;
     }
 
     fn state(&self) -> [T; 2] {

@@ -70,6 +70,7 @@ mod vibrometer;
 
 pub use camera::angle_rate_covariance::AngleRateCovariance;
 pub use camera::process::Jitter;
+pub use camera::track_covariance::TrackCovariance;
 pub use camera::track_tuning::{RESTING_GROWTH_RAD2_S, TrackTuning};
 pub use camera::tracker::FRAMES_KEPT;
 pub use filter::{AngleFilter, Estimate, Health, Reason};

@@ -3,6 +3,7 @@
 use motor_model::{Angle, Real, Time};
 
 use crate::camera::track::State;
+use crate::camera::track_covariance::TrackCovariance as _;
 use crate::measurement::{CameraFrame, LdvSample};
 
 /// 10,000 frames a second.

@@ -33,7 +33,9 @@
 
 use std::collections::VecDeque;
 
-use estimator::{AngleRateCovariance, CameraFrame, Estimate, Innovation, Rejection, Source, Verdict};
+use estimator::{
+    AngleRateCovariance, CameraFrame, Estimate, Innovation, Rejection, Source, TrackCovariance as _, Verdict,
+};
 use motor_model::{Angle, AngleAccumulator, Time};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
@@ -189,10 +191,10 @@ impl Genie {
     fn corrected(&mut self, mut track: GenieTrack, frame: &CameraFrame) -> (f64, f64, Verdict) {
         track.advance(&mut self.given, frame.exposed_at);
         let innovation_rad = frame.angle.minus(track.angle.angle()).wrapped().radians_since(Angle::ZERO);
-        let variance_rad2 = track.covariance.angle_innovation_rad2(self.camera_rad2);
-        let gain = track.covariance.update_angle(self.camera_rad2);
-        track.angle.turn_by_radians(gain.angle * innovation_rad);
-        track.rate_rad_s += gain.rate * innovation_rad;
+        let variance_rad2 = track.covariance.innovation_rad2(self.camera_rad2);
+        let [angle, rate] = track.covariance.update_angle(self.camera_rad2);
+        track.angle.turn_by_radians(angle * innovation_rad);
+        track.rate_rad_s += rate * innovation_rad;
         self.track = Some(track);
         (innovation_rad, variance_rad2, Verdict::Used)
     }

@@ -20,7 +20,7 @@ use motor_model::Real;
 use nalgebra::SVector;
 use ud_filter::UdCovariance;
 
-use crate::camera::track_covariance::{Moments, SmoothedCovariance, TrackCovariance};
+use crate::camera::track_covariance::{SmoothedCovariance, TrackCovariance};
 
 /// Factors of the covariance of (angle, rate), in rad and rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,24 +30,10 @@ pub struct AngleRateCovariance<T> {
     u: T,
 }
 
-/// Kalman gain of a scalar measurement: corrections per innovation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gain<T> {
-    /// Correction of the angle per innovation.
-    pub angle: T,
-    /// Correction of the rate per innovation.
-    pub rate: T,
-}
-
 impl<T: Real> AngleRateCovariance<T> {
     /// Independent angle and rate with these variances, both positive.
     pub fn diagonal(angle_rad2: T, rate_rad2_s2: T) -> Self {
         Self { d1: angle_rad2, d2: rate_rad2_s2, u: T::zero() }
-    }
-
-    /// Variance of the angle in rad^2.
-    pub fn angle_rad2(&self) -> T {
-        self.d1 + self.u * self.u * self.d2
     }
 
     /// Covariance of angle and rate in rad^2/s.
@@ -55,16 +41,50 @@ impl<T: Real> AngleRateCovariance<T> {
         self.u * self.d2
     }
 
-    /// Variance of the rate in rad^2/s^2.
-    pub fn rate_rad2_s2(&self) -> T {
+    /// Updates by an angle measured with variance `noise_rad2`, positive. The answer is the Kalman gain: corrections of
+    /// angle and rate per innovation. The variance of the innovation ([`TrackCovariance::innovation_rad2`]) must be
+    /// finite.
+    pub fn update_angle(&mut self, noise_rad2: T) -> [T; 2] {
+        let a = noise_rad2 + self.d1;
+        let g2 = self.u * self.d2;
+        let s = a + self.u * g2;
+        let per_s = T::one() / s;
+        let gain = [(s - noise_rad2) * per_s, g2 * per_s];
+        let kept = noise_rad2 / a;
+        self.d1 *= kept;
+        self.d2 *= a * per_s;
+        self.u *= kept;
+        gain
+    }
+}
+
+impl<T: Real> TrackCovariance<T> for AngleRateCovariance<T> {
+    fn begin(angle_rad2: T, rate_rad2_s2: T, _before: Option<&Self>) -> Self {
+        Self::diagonal(angle_rad2, rate_rad2_s2)
+    }
+
+    fn angle_rad2(&self) -> T {
+        self.d1 + self.u * self.u * self.d2
+    }
+
+    fn innovation_rad2(&self, noise_rad2: T) -> T {
+        // As in the update, so that both together cost no more.
+        noise_rad2 + self.d1 + self.u * (self.u * self.d2)
+    }
+
+    fn rate_rad2_s2(&self) -> T {
         self.d2
     }
 
-    /// `dt_s`, not negative, passes, in which the rate is a random walk of intensity `noise_rad2_s3`, not negative.
-    ///
+    fn moments_after(&self, dt_s: T) -> [T; 3] {
+        let ahead = self.u + dt_s;
+        let angle_rate_rad2_s = ahead * self.d2;
+        [self.d1 + ahead * angle_rate_rad2_s, angle_rate_rad2_s, self.d2]
+    }
+
     /// The covariance of the random walk `q [dt^3/3 dt^2/2; dt^2/2 dt]` has the factors `u = dt/2`, `d = (q dt^3/12, q
     /// dt)`, and two factorised matrices add without leaving factorised form.
-    pub fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
+    fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
         let q2 = noise_rad2_s3 * dt_s;
         let q1 = q2 * dt_s * dt_s * T::from_f64(1.0 / 12.0);
         let (u, half_dt) = (self.u + dt_s, dt_s * T::from_f64(0.5));
@@ -80,62 +100,8 @@ impl<T: Real> AngleRateCovariance<T> {
         self.d2 = sum;
     }
 
-    /// Adds `variance_rad2_s2`, not negative, to the variance of the rate: a kick of unknown size.
-    pub fn widen_rate(&mut self, variance_rad2_s2: T) {
-        self.kick_rate(T::one(), variance_rad2_s2);
-    }
-
-    /// Variance of the innovation of an angle measured with variance `noise_rad2`.
-    pub fn angle_innovation_rad2(&self, noise_rad2: T) -> T {
-        // As in the update, so that both together cost no more.
-        noise_rad2 + self.d1 + self.u * (self.u * self.d2)
-    }
-
-    /// Updates by an angle measured with variance `noise_rad2`, positive. The variance of the innovation
-    /// ([`Self::angle_innovation_rad2`]) must be finite.
-    pub fn update_angle(&mut self, noise_rad2: T) -> Gain<T> {
-        let a = noise_rad2 + self.d1;
-        let g2 = self.u * self.d2;
-        let s = a + self.u * g2;
-        let per_s = T::one() / s;
-        let gain = Gain { angle: (s - noise_rad2) * per_s, rate: g2 * per_s };
-        let kept = noise_rad2 / a;
-        self.d1 *= kept;
-        self.d2 *= a * per_s;
-        self.u *= kept;
-        gain
-    }
-}
-
-impl<T: Real> TrackCovariance<T> for AngleRateCovariance<T> {
-    fn begin(angle_rad2: T, rate_rad2_s2: T, _before: Option<&Self>) -> Self {
-        Self::diagonal(angle_rad2, rate_rad2_s2)
-    }
-
-    fn angle_rad2(&self) -> T {
-        self.angle_rad2()
-    }
-
-    fn innovation_rad2(&self, noise_rad2: T) -> T {
-        self.angle_innovation_rad2(noise_rad2)
-    }
-
-    fn rate_rad2_s2(&self) -> T {
-        self.rate_rad2_s2()
-    }
-
-    fn moments_after(&self, dt_s: T) -> Moments<T> {
-        let ahead = self.u + dt_s;
-        let angle_rate_rad2_s = ahead * self.d2;
-        Moments { angle_rad2: self.d1 + ahead * angle_rate_rad2_s, angle_rate_rad2_s, rate_rad2_s2: self.d2 }
-    }
-
-    fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
-        self.predict(dt_s, noise_rad2_s3);
-    }
-
     fn widen_rate(&mut self, variance_rad2_s2: T) {
-        self.widen_rate(variance_rad2_s2);
+        self.kick_rate(T::one(), variance_rad2_s2);
     }
 
     fn kick_rate(&mut self, kept: T, variance_rad2_s2: T) {
@@ -150,12 +116,11 @@ impl<T: Real> TrackCovariance<T> for AngleRateCovariance<T> {
     }
 
     fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2] {
-        let is_finite = self.angle_innovation_rad2(noise_rad2) <= T::MAX;
+        let is_finite = self.innovation_rad2(noise_rad2) <= T::MAX;
         if !is_finite {
             return [T::zero(); 2];
         }
-        let gain = self.update_angle(noise_rad2);
-        [gain.angle * innovation_rad, gain.rate * innovation_rad]
+        self.update_angle(noise_rad2).map(|gain| gain * innovation_rad)
     }
 
     fn correct_by_rate(&mut self, innovation_rad_s: T, noise_rad2_s2: T) -> [T; 2] {
@@ -181,8 +146,8 @@ impl<T: Real> SmoothedCovariance<T, 2> for AngleRateCovariance<T> {
         Self::diagonal(T::zero(), T::zero())
     }
 
-    fn further(&self) -> SVector<T, 2> {
-        SVector::zeros()
+    fn states(&self, rate_rad_s: T) -> SVector<T, 2> {
+        SVector::from([T::zero(), rate_rad_s])
     }
 }
 
@@ -267,11 +232,9 @@ mod tests {
                 by_hand.widen_rate(200.0);
                 general.add_rank_one(&Vector2::new(0.0, 1.0), 200.0);
             }
-            let gain = by_hand.update_angle(8.8e-8);
+            let [angle, rate] = by_hand.update_angle(8.8e-8);
             let by_core = general.update_state::<0>(8.8e-8, 0.0, &mut Vector2::zeros()).unwrap().gain;
-            assert!(
-                (gain.angle / by_core.x - 1.0).abs() < 1e-12 && (gain.rate / by_core.y - 1.0).abs() < 1e-12
-            );
+            assert!((angle / by_core.x - 1.0).abs() < 1e-12 && (rate / by_core.y - 1.0).abs() < 1e-12);
             assert!(close(&dense(&by_hand), &general.covariance()));
         }
     }

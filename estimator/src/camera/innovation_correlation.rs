@@ -22,9 +22,9 @@ const COLOURED: f64 = 8.0;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InnovationCorrelation<T> {
     mean_rad: T,
-    /// T, and what the last innovation alone makes of it.
+    /// T, and the square of the mean per its variance after the last innovation.
     square: T,
-    last_square: Option<T>,
+    pub(crate) last_square: Option<T>,
 }
 
 impl<T: Real> InnovationCorrelation<T> {
@@ -38,11 +38,6 @@ impl<T: Real> InnovationCorrelation<T> {
         let square = self.mean_rad * self.mean_rad * per_variance * tuning.independent_neighbours;
         self.square += (square - self.square) * tuning.per_residual_frames;
         self.last_square = Some(square);
-    }
-
-    /// The square of the mean per its variance after the last innovation; `None` if it was asked for already.
-    pub(crate) fn take_last_square(&mut self) -> Option<T> {
-        self.last_square.take()
     }
 
     /// Whether neighbours have a common sign more often than chance allows.

@@ -61,7 +61,7 @@ const UNDITHERED: f64 = 0.5;
 const CHANGES_MIN: f64 = 30.0;
 
 /// The last two frames, and the mean square of the second differences.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct CameraNoise<T> {
     last: Option<(Time, Angle)>,
     before: Option<(Time, Angle)>,
@@ -86,15 +86,12 @@ fn within<T: Real>(x: T, least: T, most: T) -> T {
 impl<T: Real> CameraNoise<T> {
     pub(crate) fn new(camera: &CameraDescription) -> Self {
         Self {
-            last: None,
-            before: None,
-            frames: T::zero(),
             ratio: T::one(),
             adopted: T::one(),
             used: T::one(),
             noise_m2: T::from_f64(camera.noise_m * camera.noise_m),
             steps_m2: T::from_f64(camera.resolution_m * camera.resolution_m / 12.0),
-            since_floor: 0,
+            ..Self::default()
         }
     }
 
@@ -183,23 +180,18 @@ impl<T: Real> CameraNoise<T> {
     #[cold]
     fn set_floor(&self, tuning: &mut TrackTuning<T>) {
         let all_m2 = self.noise_m2 + self.steps_m2;
-        if tuning.coarse {
-            // The variance of a code, in steps squared, is the share of codes beside the most frequent one.
-            let changes = self.frames * tuning.least_dither * all_m2 / (T::from_f64(12.0) * self.steps_m2);
-            if changes >= T::from_f64(CHANGES_MIN) {
-                let undithered = self.ratio < T::from_f64(UNDITHERED) * tuning.least_dither;
-                tuning.floor_rad2 =
-                    if undithered { tuning.quantisation_rad2 } else { tuning.described_floor_rad2 };
-            }
-        } else if self.adopted < T::one() {
-            tuning.floor_rad2 = tuning.quantisation_rad2 * self.bias_part_at(self.certain_m2());
+        let step_m2 = T::from_f64(12.0) * self.steps_m2;
+        // The variance of a code, in steps squared, is the share of codes beside the most frequent one.
+        let changes = self.frames * tuning.least_dither * all_m2 / step_m2;
+        let undithered = self.ratio < T::from_f64(UNDITHERED) * tuning.least_dither;
+        tuning.floor_rad2 = if tuning.coarse && undithered && changes >= T::from_f64(CHANGES_MIN) {
+            tuning.quantisation_rad2
+        } else if !tuning.coarse && self.adopted < T::one() {
+            let part = bias_part((self.certain_m2() / step_m2).to_f32());
+            tuning.quantisation_rad2 * T::from_f32(part)
         } else {
-            tuning.floor_rad2 = tuning.described_floor_rad2;
-        }
-    }
-
-    fn bias_part_at(&self, noise_m2: T) -> T {
-        T::from_f32(bias_part((noise_m2 / (T::from_f64(12.0) * self.steps_m2)).to_f32()))
+            tuning.described_floor_rad2
+        };
     }
 
     /// The noise that the codes have for certain, wherever in a cell the rotor lies.

@@ -7,11 +7,12 @@
 //! Each filter brings a [`Process`] of its own. A state that only wanders is predicted in closed form, without the
 //! factors of its covariance ([`State::predicted`]): that is what an estimate of the present costs at every tick.
 
-use motor_model::{Angle, Real, Time};
+use motor_model::{Real, Time};
 
 use crate::camera::angle_rate_covariance::AngleRateCovariance;
 use crate::camera::track::State;
-use crate::camera::track_covariance::{Moments, TrackCovariance};
+use crate::camera::track_covariance::TrackCovariance;
+use crate::filter::Estimate;
 
 /// Variances of the part of angle and rate that changes faster than frames can show. They are added to the variances of
 /// every estimate, of the present and of the past: a filter with white process noise takes every innovation as evidence
@@ -63,19 +64,14 @@ pub(crate) trait Wander<T: Real> {
         if wandering.until >= until {
             state.propagate(until, wandering.intensity_rad2_s3);
         } else {
-            self.wander_piece_by_piece(state, resting, until);
+            self.wander_on(state, resting, until);
         }
     }
 
     /// The same through several pieces.
     #[cold]
     #[inline(never)]
-    fn wander_piece_by_piece<B: TrackCovariance<T>>(
-        &self,
-        state: &mut State<T, B>,
-        resting: bool,
-        until: Time,
-    ) {
+    fn wander_on<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         while state.at < until {
             let wandering = self.wandering(state.at, resting);
             state.propagate(until.min(wandering.until), wandering.intensity_rad2_s3);
@@ -97,10 +93,10 @@ pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>
     fn jitter(&self, at: Time) -> Jitter<T>;
 
     /// What `state` has become at `until`.
-    fn predict(&self, state: &State<T, B>, resting: bool, until: Time) -> Prediction<T> {
+    fn predict(&self, state: &State<T, B>, resting: bool, until: Time) -> Estimate<T> {
         let wandering = self.wandering(state.at, resting);
         if wandering.until >= until && self.only_wanders(state.at, resting) {
-            state.predicted(until, wandering.intensity_rad2_s3)
+            state.predicted(until, wandering.intensity_rad2_s3, resting)
         } else {
             self.predict_by_carrying(state, resting, until)
         }
@@ -109,25 +105,17 @@ pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>
     /// The same by carrying a copy.
     #[cold]
     #[inline(never)]
-    fn predict_by_carrying(&self, state: &State<T, B>, resting: bool, until: Time) -> Prediction<T> {
+    fn predict_by_carrying(&self, state: &State<T, B>, resting: bool, until: Time) -> Estimate<T> {
         let mut ahead = state.copied();
         self.carry(&mut ahead, resting, until);
-        ahead.predicted(until, T::zero())
+        ahead.predicted(until, T::zero(), resting)
     }
-}
-
-/// Angle and rate that were predicted, and their covariance.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Prediction<T> {
-    pub(crate) angle: Angle,
-    pub(crate) rate_rad_s: T,
-    pub(crate) moments: Moments<T>,
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use motor_model::AngleAccumulator;
+    use motor_model::{Angle, AngleAccumulator};
     use proptest::prelude::*;
 
     /// A walk of one intensity until 1 s, and of another from then on.
@@ -180,11 +168,8 @@ mod tests {
             // Two units of an angle, 2^-32 turn each.
             let off: f64 = predicted.angle.radians_since(state.angle.angle());
             prop_assert!(off.abs() < 3e-9 && predicted.rate_rad_s.to_bits() == rate.to_bits());
-            for (moment, expected) in [
-                (predicted.moments.angle_rad2, expected.angle_rad2),
-                (predicted.moments.angle_rate_rad2_s, expected.angle_rate_rad2_s),
-                (predicted.moments.rate_rad2_s2, expected.rate_rad2_s2),
-            ] {
+            let moments = [predicted.angle_rad2, predicted.angle_rate_rad2_s, predicted.rate_rad2_s2];
+            for (moment, expected) in moments.into_iter().zip(expected) {
                 prop_assert!((moment - expected).abs() <= 1e-9 * expected.abs(), "{moment} {expected}");
             }
         }

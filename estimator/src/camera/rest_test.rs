@@ -53,19 +53,10 @@ pub(crate) struct RestTest<T> {
     slow: bool,
     contradictions: u8,
     /// Whether the vibrometer shows a flight.
-    disputed: bool,
+    pub(crate) disputed: bool,
 }
 
 impl<T: Real> RestTest<T> {
-    pub(crate) fn dispute(&mut self, disputed: bool) {
-        self.disputed = disputed;
-    }
-
-    /// The rotor is driven: it may stop anew.
-    pub(crate) fn forget(&mut self) {
-        *self = Self::default();
-    }
-
     pub(crate) fn begin(&mut self) {
         self.window = Window::default();
     }
@@ -158,7 +149,7 @@ mod tests {
         let mut test = RestTest::default();
         let mut taken = |disputed: bool, withdrawn: bool| {
             test.restart();
-            test.dispute(disputed);
+            test.disputed = disputed;
             if withdrawn {
                 test.withdraw();
             }

@@ -12,7 +12,7 @@
 //! in place of the covariance. All states of a filter's track are smoothed together, since a kick mixes them. For a
 //! linear process the result is the least-squares fit to all frames kept.
 
-use motor_model::{Angle, AngleAccumulator, Real, Time};
+use motor_model::{AngleAccumulator, Real, Time};
 use nalgebra::SVector;
 use ud_filter::{Dense, KalmanFilter, SmootherStep, UdCovariance, smooth};
 
@@ -31,24 +31,14 @@ pub(crate) struct Smoothed<T: Real, const N: usize> {
     covariance: UdCovariance<T, N>,
 }
 
-/// The states of a track, with `angle_rad` in place of the angle.
-fn states<T: Real, B: SmoothedCovariance<T, N>, const N: usize>(
-    state: &State<T, B>,
-    angle_rad: T,
-) -> SVector<T, N> {
-    with_first(state.covariance.further(), [angle_rad, state.rate_rad_s])
-}
-
-/// `states` with `first` in place of the first two.
-fn with_first<T: Real, const N: usize>(mut states: SVector<T, N>, first: [T; 2]) -> SVector<T, N> {
-    states.iter_mut().zip(first).for_each(|(state, value)| *state = value);
+/// `states` with this angle.
+fn with_angle<T: Real, const N: usize>(mut states: SVector<T, N>, angle_rad: T) -> SVector<T, N> {
+    states.iter_mut().take(1).for_each(|angle| *angle = angle_rad);
     states
 }
 
 fn first_of<T: Real, const N: usize>(states: &SVector<T, N>) -> [T; 2] {
-    let mut first = [T::zero(); 2];
-    first.iter_mut().zip(states.iter()).for_each(|(value, &state)| *value = state);
-    first
+    [0, 1].map(|state| states.get(state).copied().unwrap_or_default())
 }
 
 impl<T: Real, const N: usize> Smoothed<T, N> {
@@ -57,7 +47,7 @@ impl<T: Real, const N: usize> Smoothed<T, N> {
         Self {
             at: state.at,
             angle: state.angle,
-            states: states(state, T::zero()),
+            states: state.covariance.states(state.rate_rad_s),
             covariance: state.covariance.ud_covariance(),
         }
     }
@@ -76,30 +66,30 @@ impl<T: Real, const N: usize> Smoothed<T, N> {
         ahead.covariance.widen_rate(kick_rad2_s2);
         process.carry(&mut ahead, resting, self.at);
         let State { covariance: carried, .. } = &ahead;
-        let [_, rate] = first_of(&self.states);
+        let filter =
+            KalmanFilter { state: covariance.states(rate_rad_s), covariance: covariance.ud_covariance() };
         let off_rad = self.angle.angle().radians_since(ahead.angle.angle());
-        let later = with_first(self.states, [off_rad, rate]);
+        let later = with_angle(self.states, off_rad);
         let mut step = [SmootherStep {
-            filter: KalmanFilter { state: states(state, T::zero()), covariance: covariance.ud_covariance() },
+            filter,
             transition: Dense(carried.jacobian()),
-            noise: carried.noise().ud_covariance().sources(),
-            predicted: with_first(carried.covariance().further(), [T::zero(), ahead.rate_rad_s]),
+            noise: carried.noise.ud_covariance().sources(),
+            predicted: carried.covariance.states(ahead.rate_rad_s),
         }];
         smooth(&mut step, &KalmanFilter { state: later, covariance: self.covariance }).ok()?;
         let [SmootherStep { filter: KalmanFilter { state, covariance }, .. }] = step;
-        let [turn_rad, rate_rad_s] = first_of(&state);
+        let [turn_rad, _] = first_of(&state);
         angle.turn_by_radians(turn_rad);
-        Some(Self { at, angle, states: with_first(state, [T::zero(), rate_rad_s]), covariance })
+        Some(Self { at, angle, states: with_angle(state, T::zero()), covariance })
     }
 
     pub(crate) fn estimate(&self, resting: bool, jitter: Jitter<T>) -> Estimate<T> {
         let [[angle_rad2, _], [angle_rate_rad2_s, rate_rad2_s2]] =
             [0, 1].map(|state| first_of(&self.covariance.column(state)));
-        let angle: Angle = self.angle.angle();
         let [_, rate_rad_s] = first_of(&self.states);
         Estimate {
             at: self.at,
-            angle,
+            angle: self.angle.angle(),
             rate_rad_s,
             angle_rad2: angle_rad2 + jitter.angle_rad2,
             angle_rate_rad2_s,

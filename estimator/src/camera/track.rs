@@ -50,10 +50,10 @@
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 
 use crate::camera::angle_rate_covariance::AngleRateCovariance;
-use crate::camera::process::Prediction;
 use crate::camera::rest_test::{RestTest, SLOPE_RAD_S};
-use crate::camera::track_covariance::{Moments, TrackCovariance};
+use crate::camera::track_covariance::TrackCovariance;
 use crate::camera::track_tuning::TrackTuning;
+use crate::filter::Estimate;
 use crate::measurement::CameraFrame;
 
 /// Angle and rate at an instant.
@@ -85,22 +85,22 @@ impl<T: Real, B: TrackCovariance<T>> State<T, B> {
     /// ```text
     /// P <- F P F' + q [dt^3/3 dt^2/2; dt^2/2 dt],   F = [1 dt; 0 1]
     /// ```
-    pub(crate) fn predicted(&self, until: Time, noise_rad2_s3: T) -> Prediction<T> {
+    pub(crate) fn predicted(&self, until: Time, noise_rad2_s3: T, resting: bool) -> Estimate<T> {
         let dt_s: T = until.seconds_since(self.at);
-        let Moments { angle_rad2, angle_rate_rad2_s, rate_rad2_s2 } = self.covariance.moments_after(dt_s);
+        let [angle_rad2, angle_rate_rad2_s, rate_rad2_s2] = self.covariance.moments_after(dt_s);
         let by_rate = noise_rad2_s3 * dt_s;
         let by_both = by_rate * dt_s * T::from_f64(0.5);
         let by_angle = by_both * dt_s * T::from_f64(2.0 / 3.0);
         let mut angle = self.angle;
         angle.turn_by_radians(self.rate_rad_s * dt_s);
-        Prediction {
+        Estimate {
+            at: until,
             angle: angle.angle(),
             rate_rad_s: self.rate_rad_s,
-            moments: Moments {
-                angle_rad2: angle_rad2 + by_angle,
-                angle_rate_rad2_s: angle_rate_rad2_s + by_both,
-                rate_rad2_s2: rate_rad2_s2 + by_rate,
-            },
+            angle_rad2: angle_rad2 + by_angle,
+            angle_rate_rad2_s: angle_rate_rad2_s + by_both,
+            rate_rad2_s2: rate_rad2_s2 + by_rate,
+            resting,
         }
     }
 
@@ -131,7 +131,7 @@ pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
     /// variance says.
     pub(crate) nis: T,
     /// One bit for each of the last eight frames, the newest lowest: 1 if the frame was beyond [`Self::FAR`].
-    far: u8,
+    pub(crate) far: u8,
     /// Frames refused since one was used.
     pub(crate) refusals: u8,
     /// Frames in a row that brought the code of the last frame used.
@@ -164,16 +164,13 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         tuning: &TrackTuning<T>,
     ) -> Self {
         let rate = T::from_f64(Self::START_RATE_RAD_S);
+        let kept = before.map(|track| &track.state.covariance);
         Self {
             state: State {
                 at: frame.exposed_at,
                 angle: AngleAccumulator::at(near.plus(frame.angle.minus(near).wrapped())),
                 rate_rad_s: T::zero(),
-                covariance: B::begin(
-                    tuning.frame_rad2(frame, false),
-                    rate * rate,
-                    before.map(|track| &track.state.covariance),
-                ),
+                covariance: B::begin(tuning.frame_rad2(frame, false), rate * rate, kept),
             },
             code: frame.angle,
             mean_innovation_rad: T::zero(),
@@ -202,10 +199,6 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
     pub(crate) fn note_innovation(&mut self, normalised: T, tuning: &TrackTuning<T>) {
         self.nis += (normalised - self.nis) / tuning.nis_frames;
         self.far = (self.far << 1) | u8::from(normalised > T::from_f64(Self::FAR));
-    }
-
-    pub(crate) fn far_frames(&self) -> u32 {
-        self.far.count_ones()
     }
 
     /// Averages the innovations of a rotor at rest; whether they show that it has been moved.
@@ -280,11 +273,11 @@ mod tests {
     fn exact_a_restart_keeps_the_scatter_of_the_frames() {
         let tuning = TrackTuning::default();
         let mut track = started(&tuning, None);
-        assert!(track.nis.to_bits() == 1.0_f64.to_bits() && track.far_frames() == 0);
+        assert!(track.nis.to_bits() == 1.0_f64.to_bits() && track.far == 0);
         (0..3).for_each(|_| track.note_innovation(17.0, &tuning));
         let again = started(&tuning, Some(&track));
         assert!(again.nis.to_bits() == track.nis.to_bits() && track.nis > 1.5, "{}", again.nis);
-        assert_eq!(again.far_frames(), 3);
+        assert_eq!(again.far, 0b111);
     }
 
     /// A rotor that was moved while it lay still, and lies still again: where it lies now it has not moved.

@@ -4,27 +4,21 @@ use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
 use ud_filter::UdCovariance;
 
-/// Covariance of angle and rate, entry by entry.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Moments<T> {
-    pub(crate) angle_rad2: T,
-    pub(crate) angle_rate_rad2_s: T,
-    pub(crate) rate_rad2_s2: T,
-}
-
 /// Covariance of angle and rate, and in a richer filter the further states that are correlated with them.
-pub(crate) trait TrackCovariance<T>: Copy {
+pub trait TrackCovariance<T>: Copy {
     /// Independent angle and rate of these variances. Further states are kept from `before`.
     fn begin(angle_rad2: T, rate_rad2_s2: T, before: Option<&Self>) -> Self;
 
     /// A copy, field by field where it is large: a copy as a whole is a call that costs as much as an update.
+    #[must_use]
     fn copied(&self) -> Self {
         *self
     }
 
+    /// Variance of the angle, in rad^2.
     fn angle_rad2(&self) -> T;
 
-    /// Variance of the innovation of an angle measured with variance `noise_rad2`.
+    /// Variance of the innovation of an angle measured with variance `noise_rad2`, in rad^2.
     fn innovation_rad2(&self, noise_rad2: T) -> T
     where
         T: Real,
@@ -32,22 +26,25 @@ pub(crate) trait TrackCovariance<T>: Copy {
         self.angle_rad2() + noise_rad2
     }
 
+    /// Variance of the rate, in rad^2/s^2.
     fn rate_rad2_s2(&self) -> T;
 
-    /// Covariance of angle and rate after `dt_s` at the rate as it is: sums of products that are not negative.
-    fn moments_after(&self, dt_s: T) -> Moments<T>;
+    /// Variance of the angle, covariance of angle and rate and variance of the rate after `dt_s` at the rate as it is:
+    /// sums of products that are not negative.
+    fn moments_after(&self, dt_s: T) -> [T; 3];
 
-    /// `dt_s` passes, in which the rate is a random walk of this intensity.
+    /// `dt_s`, not negative, passes, in which the rate is a random walk of intensity `noise_rad2_s3`, not negative.
     fn predict(&mut self, dt_s: T, noise_rad2_s3: T);
 
-    /// Adds `variance_rad2_s2` to the variance of the rate.
+    /// Adds `variance_rad2_s2`, not negative, to the variance of the rate: a kick of unknown size.
     fn widen_rate(&mut self, variance_rad2_s2: T);
 
-    /// Multiplies the error of the rate by `kept` and adds an independent error of `variance_rad2_s2`.
+    /// Multiplies the error of the rate by `kept` and adds an independent error of variance `variance_rad2_s2`.
     fn kick_rate(&mut self, kept: T, variance_rad2_s2: T);
 
-    /// Fuses an angle; the corrections of angle and rate. Where the innovation's variance is infinite or NaN, they are
-    /// zero and the covariance stays as it is: nothing becomes certain.
+    /// Fuses an angle measured with variance `noise_rad2`, positive; the corrections of angle and rate. Where the
+    /// innovation's variance is infinite or NaN, they are zero and the covariance stays as it is: nothing becomes
+    /// certain.
     fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2];
 
     /// As [`Self::correct_by_angle`], of a rate.
@@ -61,16 +58,16 @@ pub(crate) trait SmoothedCovariance<T, const N: usize>: TrackCovariance<T> {
     /// The same of states that are known exactly.
     fn exact(&self) -> Self;
 
-    /// The values of the states after angle and rate. The first two are not used.
-    fn further(&self) -> SVector<T, N>;
+    /// The values of the states with this rate, and 0 in place of the angle.
+    fn states(&self, rate_rad_s: T) -> SVector<T, N>;
 }
 
 /// A covariance that is carried along, and what becomes of an error on the way.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Carried<T, B, const N: usize> {
-    covariance: B,
+    pub(crate) covariance: B,
     /// The covariance Q of states that were known exactly at the start.
-    noise: B,
+    pub(crate) noise: B,
     /// Rows of the Jacobian F: angle and rate by the errors of all states at the start.
     angle_row: SVector<T, N>,
     rate_row: SVector<T, N>,
@@ -85,14 +82,6 @@ impl<T: Real, B: SmoothedCovariance<T, N>, const N: usize> Carried<T, B, N> {
 
     pub(crate) fn both(&mut self) -> [&mut B; 2] {
         [&mut self.covariance, &mut self.noise]
-    }
-
-    pub(crate) fn covariance(&self) -> &B {
-        &self.covariance
-    }
-
-    pub(crate) fn noise(&self) -> &B {
-        &self.noise
     }
 
     /// The Jacobian F. States after angle and rate stay what they are.
@@ -123,7 +112,7 @@ impl<T: Real, B: SmoothedCovariance<T, N>, const N: usize> TrackCovariance<T> fo
         self.covariance.rate_rad2_s2()
     }
 
-    fn moments_after(&self, dt_s: T) -> Moments<T> {
+    fn moments_after(&self, dt_s: T) -> [T; 3] {
         self.covariance.moments_after(dt_s)
     }
 

@@ -214,14 +214,10 @@ impl<T: Real> TrackTuning<T> {
     /// The same with a usable camera variance.
     #[must_use]
     pub(crate) fn validated(mut self) -> Self {
-        let finite = self.camera_rad2 * T::zero() == T::zero();
-        if !(finite && self.camera_rad2 > T::zero()) {
-            self.camera_rad2 = Self::default().camera_rad2;
-        }
-        let floor = T::from_f64(Self::FLOOR_RAD2);
-        if self.camera_rad2 < floor {
-            self.camera_rad2 = floor;
-        }
+        let (given, floor) = (self.camera_rad2, T::from_f64(Self::FLOOR_RAD2));
+        let usable = given > T::zero() && given <= T::MAX;
+        let used = if usable { given } else { Self::default().camera_rad2 };
+        self.camera_rad2 = if used < floor { floor } else { used };
         self
     }
 }

@@ -24,6 +24,8 @@
 //! rotor was kicked: [`hypotheses`]. What the angle counts from after a restart: [`mod@reference`]. A camera that shows
 //! one code for ever: [`stuck`].
 
+#![expect(clippy::inline_always, reason = "a call copies the frame's record, at the cost of an update")]
+
 mod estimate;
 mod hypotheses;
 mod lag;
@@ -38,7 +40,7 @@ use crate::camera::angle_rate_covariance::AngleRateCovariance;
 use crate::camera::innovation_correlation::InnovationCorrelation;
 use crate::camera::noise::CameraNoise;
 use crate::camera::persistent_error::PersistentError;
-use crate::camera::process::{Jitter, Process};
+use crate::camera::process::Process;
 use crate::camera::rest_test::RestTest;
 use crate::camera::track::{State, Track};
 use crate::camera::track_covariance::TrackCovariance;
@@ -87,8 +89,6 @@ pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
     begun: bool,
     /// The newest frame.
     newest: TrackedFrame<T, B>,
-    /// What no number of frames removes of the estimates that follow from it.
-    persistent: Jitter<T>,
     /// Those before it, by exposure.
     older: Deque<TrackedFrame<T, B>, { FRAMES_KEPT - 1 }>,
     reference: Reference<T, B>,
@@ -122,9 +122,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             tuning,
             begun: false,
             newest: TrackedFrame { frame, track: Track::started(&frame, Angle::ZERO, None, &tuning) },
-            persistent: Jitter::none(),
             older: Deque::new(),
-            reference: Reference::of_the_first_frame(),
+            reference: Reference { begun: false, turn_known: true, lost: false, trusted: None },
             stuck: None,
             driven: false,
             rest_test: RestTest::default(),
@@ -149,8 +148,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         self.driven = true;
         if self.newest.track.still {
             self.newest.track.end_rest();
-            self.rest_test.forget();
-            self.persistent = self.persistent_of(&self.newest.track);
+            self.rest_test = RestTest::default();
         }
         if let Some(TrackedFrame { track, .. }) = &mut self.reference.trusted {
             track.end_rest();
@@ -169,7 +167,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Square of the mean of neighbouring innovations per its variance, and the share of the last frame in that mean.
     /// `None` unless that frame was used and showed a motion.
     pub(crate) fn take_neighbours(&mut self) -> Option<(T, T)> {
-        self.correlation.take_last_square().map(|square| (square, self.tuning.per_neighbours))
+        self.correlation.last_square.take().map(|square| (square, self.tuning.per_neighbours))
     }
 
     /// The track at the last frame used; `None` before the first.
@@ -195,28 +193,11 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         while self.older.pop_front_if(|tracked| tracked.track.state.at < limit).is_some() {}
         let track = &mut self.newest.track;
         process.carry(&mut track.state, track.resting, limit);
-        self.persistent = self.persistent_of(&self.newest.track);
         self.reference.carry(limit, process);
     }
 
     /// Takes in a frame; what became of it.
     pub(crate) fn update(
-        &mut self,
-        frame: &CameraFrame,
-        context: FrameContext,
-        process: &impl Process<T, B>,
-    ) -> Innovation<T> {
-        let innovation = self.take(frame, context, process);
-        self.persistent = self.persistent_of(&self.newest.track);
-        innovation
-    }
-
-    #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "a call copies the frame's record, which costs as much as an update"
-    )]
-    fn take(
         &mut self,
         frame: &CameraFrame,
         FrameContext { clock, quiet, disputed }: FrameContext,
@@ -225,18 +206,17 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         if !self.begun {
             return self.begin(frame, Angle::ZERO);
         }
-        let (last_at, track_at) = (self.newest.frame.exposed_at, self.newest_at());
-        let in_order = frame.exposed_at > last_at && frame.exposed_at > track_at;
-        let timely =
-            frame.exposed_at <= clock || frame.exposed_at.is_within(CLOCK_TOLERANCE_NANOS.into(), clock);
+        let (at, last_at, track_at) = (frame.exposed_at, self.newest.frame.exposed_at, self.newest_at());
+        let in_order = at > last_at && at > track_at;
+        let timely = at <= clock || at.is_within(CLOCK_TOLERANCE_NANOS.into(), clock);
         if clock > track_at && !timely {
             return self.refuse_for_time(frame, Rejection::Future);
         }
-        self.intervals.take(in_order.then_some(last_at), frame.exposed_at, clock);
+        self.intervals.take(in_order.then_some(last_at), at, clock);
         if quiet && self.noise.take(frame, &mut self.tuning) {
             self.rest_test.begin();
         }
-        self.rest_test.dispute(disputed);
+        self.rest_test.disputed = disputed;
         if self.stuck.is_some() && self.still_stuck(frame, quiet) {
             return refused(frame, (T::zero(), T::zero()), Rejection::Stuck);
         }
@@ -249,10 +229,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// Predicts, gates and fuses a frame newer than all others.
     #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "a call copies the frame's record, which costs as much as an update"
-    )]
     fn process_newest(
         &mut self,
         frame: &CameraFrame,
@@ -293,10 +269,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// Fuses the newest frame, to whose exposure the track has been carried: its innovation has passed the gate.
     #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "a call copies the frame's record, which costs as much as an update"
-    )]
     fn accept(&mut self, innovation: (T, T), normalised: T, quiet: bool) -> Innovation<T> {
         let (innovation_rad, variance_rad2) = innovation;
         let TrackedFrame { frame, track } = &mut self.newest;
@@ -353,9 +325,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         if let Some(before) = self.older.back() {
             self.newest.track = before.track;
         }
-        if !quiet
-            && let Some(Fit { state, innovation, normalised, kicked, .. }) = self.explain_refusals(process)
-        {
+        let explained = if quiet { None } else { self.explain_refusals(process) };
+        if let Some(Fit { state, innovation, normalised, kicked, .. }) = explained {
             let track = &mut self.newest.track;
             (track.state, track.kicked) = (state, kicked);
             return self.accept(innovation, normalised, quiet);
@@ -367,18 +338,16 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
         track.note_innovation(self.tuning.gate, &self.tuning);
         track.refusals = track.refusals.saturating_add(1);
-        if track.refusals >= self.tuning.refusals_max && self.newest_frames_agree(process) {
+        let too_many = track.refusals >= self.tuning.refusals_max;
+        if too_many && self.frames_agree(Self::CONFIRMING_FRAMES + 1, process) {
             return self.restart_unexplained(predicted, process);
         }
         refused(&self.newest.frame, innovation, Rejection::Gate)
     }
 }
 
-fn record<T>(
-    frame: &CameraFrame,
-    (innovation_rad, variance_rad2): (T, T),
-    verdict: Verdict,
-) -> Innovation<T> {
+fn record<T>(frame: &CameraFrame, innovation: (T, T), verdict: Verdict) -> Innovation<T> {
+    let (innovation_rad, variance_rad2) = innovation;
     Innovation { source: Source::Camera, taken_at: frame.exposed_at, innovation_rad, variance_rad2, verdict }
 }
 

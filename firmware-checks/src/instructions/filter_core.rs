@@ -6,7 +6,7 @@
 
 use core::hint::black_box;
 
-use estimator::AngleRateCovariance;
+use estimator::{AngleRateCovariance, TrackCovariance as _};
 use nalgebra::{Matrix2, Vector2};
 use ud_filter::{NoiseSource, Transition, UdCovariance, UpperTriangular};
 
@@ -86,9 +86,9 @@ fn step_two_states(filter: &mut TwoStates, measured: f32) {
     filter.angle += filter.dt * filter.rate;
     filter.covariance.predict(filter.dt, filter.intensity);
     let innovation = measured - filter.angle;
-    let gain = filter.covariance.update_angle(filter.measured_variance);
-    filter.angle += gain.angle * innovation;
-    filter.rate += gain.rate * innovation;
+    let [angle, rate] = filter.covariance.update_angle(filter.measured_variance);
+    filter.angle += angle * innovation;
+    filter.rate += rate * innovation;
 }
 
 /// The core for any number of states, with two.

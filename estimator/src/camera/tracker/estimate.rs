@@ -3,7 +3,7 @@
 use motor_model::{Real, Time};
 
 use super::Tracker;
-use crate::camera::process::{Jitter, Prediction, Process};
+use crate::camera::process::{Jitter, Process};
 use crate::camera::smoother::Smoothed;
 use crate::camera::track::{State, Track};
 use crate::camera::track_covariance::{Carried, SmoothedCovariance, TrackCovariance};
@@ -37,19 +37,16 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// What no number of frames removes of the estimates that follow from `track`: [`crate::camera::persistent_error`].
     pub(super) fn persistent_of(&self, track: &Track<T, B>) -> Jitter<T> {
-        let described = self.tuning.shared_rad2(&self.newest.frame);
-        let shared_rad2 = described + self.persistent_error.rad2(track.resting, &self.tuning);
+        let tuning = &self.tuning;
+        let described_rad2 = tuning.shared_rad2(&self.newest.frame);
+        let shared_rad2 = described_rad2 + self.persistent_error.rad2(track.resting, tuning);
         let mut rate_rad2_s2 = T::zero();
         if shared_rad2 > T::zero() {
             let covariance = &track.state.covariance;
             rate_rad2_s2 =
                 T::from_f64(0.5) * shared_rad2 * (covariance.rate_rad2_s2() / covariance.angle_rad2());
         }
-        let floor_rad2 = if track.undithered(&self.tuning) {
-            self.tuning.quantisation_rad2
-        } else {
-            self.tuning.floor_rad2
-        };
+        let floor_rad2 = if track.undithered(tuning) { tuning.quantisation_rad2 } else { tuning.floor_rad2 };
         Jitter { angle_rad2: floor_rad2 + shared_rad2, rate_rad2_s2 }
     }
 
@@ -67,17 +64,12 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         process: &impl Process<T, B>,
     ) -> Option<Estimate<T>> {
         let track = self.track()?;
-        let Prediction { angle, rate_rad_s, moments } = process.predict(from, track.resting, now);
-        let (jitter, persistent) = (process.jitter(now), self.persistent);
-        Some(Estimate {
-            at: now,
-            angle,
-            rate_rad_s,
-            angle_rad2: moments.angle_rad2 + persistent.angle_rad2 + jitter.angle_rad2,
-            angle_rate_rad2_s: moments.angle_rate_rad2_s,
-            rate_rad2_s2: moments.rate_rad2_s2 + persistent.rate_rad2_s2 + jitter.rate_rad2_s2,
-            resting: track.resting,
-        })
+        let mut estimate = process.predict(from, track.resting, now);
+        for Jitter { angle_rad2, rate_rad2_s2 } in [self.persistent_of(track), process.jitter(now)] {
+            estimate.angle_rad2 += angle_rad2;
+            estimate.rate_rad2_s2 += rate_rad2_s2;
+        }
+        Some(estimate)
     }
 
     /// Whether `estimate`, this tracker's at `now`, may be used. `vibrometer` is what is wrong with the vibrometer, if
@@ -88,36 +80,28 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         now: Time,
         vibrometer: Option<Reason>,
     ) -> Health {
-        let (Some(track), Some(&Estimate { angle_rad2: variance_rad2, .. })) = (self.track(), estimate)
-        else {
-            return Health::Waiting;
-        };
+        let (Some(track), Some(estimate)) = (self.track(), estimate) else { return Health::Waiting };
+        let variance_rad2 = estimate.angle_rad2;
         // Written so that a variance that has overflowed fails too.
         let certain = variance_rad2 <= T::from_f64(Self::UNCERTAIN_RAD2);
-        if self.stuck.is_some() {
-            Health::Unusable(Reason::CameraStuck)
-        } else if track.refusals >= Self::REFUSALS_SUSTAINED {
-            Health::Unusable(Reason::FramesRefused)
-        } else if self.reference.lost {
-            Health::Unusable(Reason::ReferenceLost)
-        } else if !certain {
+        let wide = variance_rad2 > T::from_f64(Self::WIDE_RAD2);
+        match track.nis {
+            _ if self.stuck.is_some() => Health::Unusable(Reason::CameraStuck),
+            _ if track.refusals >= Self::REFUSALS_SUSTAINED => Health::Unusable(Reason::FramesRefused),
+            _ if self.reference.lost => Health::Unusable(Reason::ReferenceLost),
             // Between the frames of a slow camera the estimate is wide, but right.
-            if self.on_time(now) && variance_rad2 <= T::from_f64(Self::LOST_RAD2) {
+            _ if !certain && variance_rad2 <= T::from_f64(Self::LOST_RAD2) && self.on_time(now) => {
                 Health::Degraded(Reason::Uncertain)
-            } else {
-                Health::Unusable(Reason::Uncertain)
             }
-        } else if track.nis > T::from_f64(Self::NIS_LOST) * self.tuning.gate {
-            Health::Unusable(Reason::NoiseMismatch)
-        } else if self.silent(now) {
-            Health::Degraded(Reason::CameraSilent)
-        } else if track.nis > T::from_f64(Self::NIS_MAX) || track.far_frames() >= Self::FAR_FRAMES {
-            Health::Degraded(Reason::NoiseMismatch)
-        } else if !self.reference.turn_known {
-            Health::Degraded(Reason::TurnUnknown)
-        } else {
-            let wide = variance_rad2 > T::from_f64(Self::WIDE_RAD2);
-            vibrometer.or(wide.then_some(Reason::Uncertain)).map_or(Health::Good, Health::Degraded)
+            _ if !certain => Health::Unusable(Reason::Uncertain),
+            nis if nis > T::from_f64(Self::NIS_LOST) * self.tuning.gate => {
+                Health::Unusable(Reason::NoiseMismatch)
+            }
+            _ if self.silent(now) => Health::Degraded(Reason::CameraSilent),
+            nis if nis > T::from_f64(Self::NIS_MAX) => Health::Degraded(Reason::NoiseMismatch),
+            _ if track.far.count_ones() >= Self::FAR_FRAMES => Health::Degraded(Reason::NoiseMismatch),
+            _ if !self.reference.turn_known => Health::Degraded(Reason::TurnUnknown),
+            _ => vibrometer.or(wide.then_some(Reason::Uncertain)).map_or(Health::Good, Health::Degraded),
         }
     }
 
@@ -131,9 +115,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     fn silent(&self, now: Time) -> bool {
         self.intervals.silent(self.newest.frame.exposed_at, now)
     }
-}
 
-impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Angle and rate at `at`, from the frames before and after it; `None` before the oldest frame kept.
     pub(crate) fn smoothed<P, const N: usize>(&self, at: Time, process: &P) -> Option<Estimate<T>>
     where

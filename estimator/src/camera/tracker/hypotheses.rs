@@ -19,22 +19,6 @@ use crate::camera::process::Process;
 use crate::camera::track::{State, Track};
 use crate::camera::track_covariance::TrackCovariance;
 
-/// A state, and what happens to it until the newest frame.
-pub(super) struct Hypothesis<T, B> {
-    pub(super) state: State<T, B>,
-    /// Variance of a kick before each frame, in rad^2/s^2.
-    pub(super) kick_rad2_s2: T,
-    /// Whether the rotor lies still.
-    pub(super) resting: bool,
-}
-
-impl<T: Real, B> Hypothesis<T, B> {
-    /// A rotor in motion that nothing kicks.
-    pub(super) fn of(state: State<T, B>) -> Self {
-        Self { state, kick_rad2_s2: T::zero(), resting: false }
-    }
-}
-
 /// The track at the newest frame under a hypothesis about the frames before it, and the newest frame's innovation,
 /// which is not yet fused.
 pub(super) struct Fit<T, B> {
@@ -75,11 +59,12 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// or the rotor was kicked right after it.
     #[cold]
     pub(super) fn explain_refusals(&mut self, process: &impl Process<T, B>) -> Option<Fit<T, B>> {
-        let state = self.newest.track.state;
+        // In both the rotor is in motion, and is not kicked again.
+        let (state, in_motion) = (self.newest.track.state, (T::zero(), false));
         let used = self.older.iter().rposition(|tracked| tracked.frame.exposed_at == state.at);
         if let Some(before) = used.and_then(|used| self.older.get(used.checked_sub(1)?))
             && let Some(fit) =
-                self.fit(Hypothesis::of(before.track.state), Self::CONFIRMING_FRAMES_OF_AN_OUTLIER, process)
+                self.fit(before.track.state, in_motion, Self::CONFIRMING_FRAMES_OF_AN_OUTLIER, process)
             && fit.is_good()
         {
             let state = before.track.state;
@@ -88,24 +73,18 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
         let mut kicked = state;
         kicked.covariance.widen_rate(self.tuning.kick_rad2_s2);
-        let fit = self.fit(Hypothesis::of(kicked), Self::CONFIRMING_FRAMES, process)?;
+        let fit = self.fit(kicked, in_motion, Self::CONFIRMING_FRAMES, process)?;
         let explained = fit.is_good() && !self.has_jumped(Self::CONFIRMING_FRAMES, process);
         explained.then_some(Fit { kicked: true, ..fit })
     }
 
-    /// Whether the newest frames agree on an angle and a rate, whatever was known before.
-    #[cold]
-    pub(super) fn newest_frames_agree(&self, process: &impl Process<T, B>) -> bool {
-        self.frames_agree(Self::CONFIRMING_FRAMES + 1, process)
-    }
-
-    /// Whether the newest `count` frames agree on an angle and a rate.
+    /// Whether the newest `count` frames agree on an angle and a rate, whatever was known before.
     #[inline(never)]
     pub(super) fn frames_agree(&self, count: usize, process: &impl Process<T, B>) -> bool {
         let first = (self.older.len() + 1).checked_sub(count).and_then(|index| self.older.get(index));
         let (Some(first), track) = (first, &self.newest.track) else { return true };
         let started = Track::started(&first.frame, track.state.angle.angle(), Some(track), &self.tuning);
-        self.fit(Hypothesis::of(started.state), count - 1, process).is_some()
+        self.fit(started.state, (T::zero(), false), count - 1, process).is_some()
     }
 
     /// Frames since the last one used in `track`, the newest included, as far as they are kept.
@@ -114,17 +93,19 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         1 + self.older.iter().filter(|tracked| tracked.frame.exposed_at > track.state.at).count()
     }
 
-    /// The state of a hypothesis carried through the newest `count` frames, if the newest and all but a few of the
-    /// others are within its gate.
+    /// The `state` carried through the newest `count` frames, if the newest and all but a few of the others are within
+    /// its gate. The hypothesis is the variance of a kick before each frame, in rad^2/s^2, and whether the rotor lies
+    /// still.
     #[inline(never)]
     pub(super) fn fit(
         &self,
-        Hypothesis { mut state, kick_rad2_s2, resting }: Hypothesis<T, B>,
+        mut state: State<T, B>,
+        (kick_rad2_s2, resting): (T, bool),
         count: usize,
         process: &impl Process<T, B>,
     ) -> Option<Fit<T, B>> {
         let newest = &self.newest;
-        let (mut misfit, mut fitted, mut outliers) = (T::zero(), T::zero(), 0);
+        let (mut misfit, mut frames, mut outliers) = (T::zero(), T::zero(), 0);
         let first = (self.older.len() + 1).checked_sub(count)?;
         for tracked in self.older.iter().skip(first).chain(core::iter::once(newest)) {
             let frame = &tracked.frame;
@@ -147,17 +128,10 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
                 }
                 continue;
             }
-            (misfit, fitted) = (misfit + normalised, fitted + T::one());
+            (misfit, frames) = (misfit + normalised, frames + T::one());
             if is_newest {
-                let (innovation, mean_misfit) = ((innovation_rad, variance_rad2), misfit / fitted);
-                return Some(Fit {
-                    state,
-                    innovation,
-                    normalised,
-                    mean_misfit,
-                    frames: fitted,
-                    kicked: false,
-                });
+                let (innovation, mean_misfit) = ((innovation_rad, variance_rad2), misfit / frames);
+                return Some(Fit { state, innovation, normalised, mean_misfit, frames, kicked: false });
             }
             state.correct(innovation_rad, noise_rad2);
         }

@@ -47,11 +47,10 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             let _ = newer.push_front(self.newest.frame);
             self.newest = before;
         }
-        let mut innovation = None;
-        for frame in core::iter::once(frame).chain(&newer) {
+        let innovation = core::iter::once(frame).chain(&newer).fold(None, |first, frame| {
             let judged = self.process_newest(frame, quiet, process);
-            innovation = innovation.or(Some(judged));
-        }
+            first.or(Some(judged))
+        });
         innovation.unwrap_or(refused(frame, (T::zero(), T::zero()), Rejection::OutOfHorizon))
     }
 
@@ -61,8 +60,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let track = &mut self.newest.track;
         track.refusals = track.refusals.saturating_add(1);
         if track.refusals >= self.tuning.refusals_max {
-            let near = track.state.angle.angle();
-            return self.begin(frame, near);
+            return self.begin(frame, self.newest.track.state.angle.angle());
         }
         refused(frame, (T::zero(), T::zero()), why)
     }

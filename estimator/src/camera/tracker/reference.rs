@@ -22,7 +22,7 @@
 
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 
-use super::hypotheses::{Fit, Hypothesis};
+use super::hypotheses::Fit;
 use super::{TrackedFrame, Tracker, record};
 use crate::camera::process::Process;
 use crate::camera::track::{State, Track};
@@ -45,19 +45,13 @@ impl<T: Real, B: TrackCovariance<T>> Reference<T, B> {
     /// Variance of the trusted track's angle beyond which it is of no use, in rad^2: three degrees.
     const TRUSTED_RAD2: f64 = 2.7e-3;
 
-    pub(super) fn of_the_first_frame() -> Self {
-        Self { begun: false, turn_known: true, lost: false, trusted: None }
-    }
-
     /// Carries the trusted track to `until`, as long as it is of use.
     #[inline(never)]
     pub(super) fn carry(&mut self, until: Time, process: &impl Process<T, B>) {
-        let Some(TrackedFrame { track: Track { state, resting, .. }, .. }) = &mut self.trusted else {
-            return;
-        };
-        process.carry(state, *resting, until);
+        let Some(TrackedFrame { track, .. }) = &mut self.trusted else { return };
+        process.carry(&mut track.state, track.resting, until);
         // Written so that a variance that has overflowed is not certain.
-        let certain = state.covariance.angle_rad2() <= T::from_f64(Self::TRUSTED_RAD2);
+        let certain = track.state.covariance.angle_rad2() <= T::from_f64(Self::TRUSTED_RAD2);
         if !certain {
             self.trusted = None;
         }
@@ -79,9 +73,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     pub(super) fn has_jumped(&self, least: usize, process: &impl Process<T, B>) -> bool {
         let Some(track) = self.older.back().map(|before| before.track) else { return false };
         let used = self.older.iter().rev().find(|tracked| tracked.frame.exposed_at == track.state.at);
-        let calm = used.is_some_and(|used| {
-            used.track.far_frames() == 0 && used.track.nis <= T::from_f64(Self::NIS_DOUBTED)
-        });
+        let calm =
+            used.is_some_and(|used| used.track.far == 0 && used.track.nis <= T::from_f64(Self::NIS_DOUBTED));
         let count = self.frames_since(&track);
         let nothing_explains = || {
             count >= least && self.frames_agree(count, process) && self.followed(&track, process).is_none()
@@ -96,9 +89,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     fn goes_on_elsewhere(&self, track: &Track<T, B>, process: &impl Process<T, B>) -> bool {
         let count = self.frames_since(track);
         let first = (self.older.len() + 1).checked_sub(count).and_then(|index| self.older.get(index));
-        let Some(TrackedFrame { frame, .. }) = first.filter(|_| count >= Self::CONFIRMING_FRAMES) else {
-            return false;
-        };
+        let Some(first) = first.filter(|_| count >= Self::CONFIRMING_FRAMES) else { return false };
+        let frame = &first.frame;
         let mut state = track.state;
         process.carry(&mut state, track.resting, frame.exposed_at);
         let frame_rad2 = self.tuning.frame_rad2(frame, false);
@@ -112,8 +104,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let (rate_rad2_s2, before) = (state.covariance.rate_rad2_s2(), Some(&state.covariance));
         let covariance = B::begin(frame_rad2, rate_rad2_s2, before);
         let elsewhere = State { angle: AngleAccumulator::at(frame.angle), covariance, ..state };
-        let hypothesis = Hypothesis { resting: track.resting, ..Hypothesis::of(elsewhere) };
-        self.fit(hypothesis, count - 1, process).is_some_and(|fit| fit.is_good())
+        let fit = self.fit(elsewhere, (T::zero(), track.resting), count - 1, process);
+        fit.is_some_and(|fit| fit.is_good())
     }
 
     /// Frames that prove a jump: fewer that scatter may agree by chance.
@@ -160,8 +152,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         for [once, each] in [[jolt_rad2_s2, T::zero()], [T::zero(), self.tuning.kick_rad2_s2]] {
             let mut state = track.state;
             state.covariance.widen_rate(once);
-            let hypothesis = Hypothesis { kick_rad2_s2: each, ..Hypothesis::of(state) };
-            let fit = self.fit(hypothesis, self.frames_since(track), process);
+            let fit = self.fit(state, (each, false), self.frames_since(track), process);
             if let Some(fit) = fit.filter(Fit::is_good) {
                 return Some(fit.state.angle.angle());
             }

@@ -2,7 +2,7 @@ extern crate std;
 use std::vec::Vec;
 
 use super::*;
-use crate::camera::process::{Wander, Wandering};
+use crate::camera::process::{Jitter, Wander, Wandering};
 use crate::filter::{Health, Reason};
 use crate::instruments::CameraDescription;
 use crate::tests::{FRAME_NANOS, frame};

@@ -1,5 +1,6 @@
 use super::*;
 use crate::camera::track::Track;
+use crate::camera::track_covariance::TrackCovariance as _;
 use crate::camera::track_tuning::TrackTuning;
 use crate::filters::constant_rate::ConstantRateTuning;
 use crate::innovation::{Rejection, Verdict};

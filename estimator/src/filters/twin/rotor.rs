@@ -25,7 +25,7 @@ use motor_model::Real;
 use nalgebra::Vector4;
 use ud_filter::{UdCovariance, reciprocal};
 
-use crate::camera::track_covariance::{Carried, Moments, SmoothedCovariance, TrackCovariance};
+use crate::camera::track_covariance::{Carried, SmoothedCovariance, TrackCovariance};
 
 /// Prior standard deviation of the friction: uniform from 0.2 to 0.6 about 0.4 is 0.115, per 0.4.
 const FRICTION_PRIOR: f64 = 0.29;
@@ -130,11 +130,11 @@ impl<T: Real> KickedCovariance<T> for RotorCovariance<T> {
 
 impl<T: Real> KickedCovariance<T> for Carried<T, RotorCovariance<T>, 4> {
     fn factors(&self) -> [T; 2] {
-        self.covariance().factors()
+        self.covariance.factors()
     }
 
     fn factor_variances(&self) -> [T; 2] {
-        self.covariance().factor_variances()
+        self.covariance.factor_variances()
     }
 
     fn doubt_factors(&mut self, known: FactorKnowledge) {
@@ -157,8 +157,8 @@ impl<T: Real> SmoothedCovariance<T, 4> for RotorCovariance<T> {
         Self { covariance: UdCovariance::known(), ..*self }
     }
 
-    fn further(&self) -> Vector4<T> {
-        Vector4::new(T::zero(), T::zero(), self.friction, self.tooth_factor)
+    fn states(&self, rate_rad_s: T) -> Vector4<T> {
+        Vector4::new(T::zero(), rate_rad_s, self.friction, self.tooth_factor)
     }
 }
 
@@ -243,16 +243,16 @@ impl<T: Real> TrackCovariance<T> for RotorCovariance<T> {
     }
 
     #[inline]
-    fn moments_after(&self, dt_s: T) -> Moments<T> {
+    fn moments_after(&self, dt_s: T) -> [T; 3] {
         let [_, [u01, ..], [u02, u12, ..], [u03, u13, ..]] = self.covariance.unit;
         let [d0, d1, d2, d3] = self.covariance.weights;
         let [a1, a2, a3] = [u01 + dt_s, u02 + dt_s * u12, u03 + dt_s * u13];
         let [r2, r3] = [u12 * d2, u13 * d3];
-        Moments {
-            angle_rad2: d0 + a1 * a1 * d1 + a2 * a2 * d2 + a3 * a3 * d3,
-            angle_rate_rad2_s: a1 * d1 + a2 * r2 + a3 * r3,
-            rate_rad2_s2: d1 + u12 * r2 + u13 * r3,
-        }
+        [
+            d0 + a1 * a1 * d1 + a2 * a2 * d2 + a3 * a3 * d3,
+            a1 * d1 + a2 * r2 + a3 * r3,
+            d1 + u12 * r2 + u13 * r3,
+        ]
     }
 
     fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
@@ -340,11 +340,11 @@ mod tests {
             prop_assert!(close(&moved.covariance.covariance(), &expected));
             let [friction2, tooth_factor2] = rotor(&p).factor_variances();
             prop_assert!((friction2 - p.m33).abs() < 1e-12 && (tooth_factor2 - p.m44).abs() < 1e-12);
-            let moments = rotor(&p).moments_after(dt);
+            let [p11, p12, p22] = rotor(&p).moments_after(dt);
             let drifted = [
-                (moments.angle_rad2 + q * dt * dt * dt / 3.0, expected.m11),
-                (moments.angle_rate_rad2_s + q * dt * dt / 2.0, expected.m12),
-                (moments.rate_rad2_s2 + q * dt, expected.m22),
+                (p11 + q * dt * dt * dt / 3.0, expected.m11),
+                (p12 + q * dt * dt / 2.0, expected.m12),
+                (p22 + q * dt, expected.m22),
             ];
             for (moment, expected) in drifted {
                 prop_assert!((moment - expected).abs() < 1e-12 * (1.0 + expected.abs()));
@@ -369,10 +369,10 @@ mod tests {
             carried.kick(&jacobian);
             let mut before = Matrix4::identity();
             before.m12 = dt;
-            let (jacobian, noise) = (carried.jacobian(), carried.noise().ud_covariance().covariance());
+            let (jacobian, noise) = (carried.jacobian(), carried.noise.ud_covariance().covariance());
             prop_assert!(close(&jacobian, &(f * before)));
             let sum = jacobian * p * jacobian.transpose() + noise;
-            prop_assert!(close(&carried.covariance().ud_covariance().covariance(), &sum));
+            prop_assert!(close(&carried.covariance.ud_covariance().covariance(), &sum));
         }
 
         /// Doubt adds the prior's variances of friction and tooth factor, and a change of mode its own to the latter.

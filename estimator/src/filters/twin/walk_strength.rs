@@ -87,6 +87,7 @@ mod tests {
     use super::*;
     use crate::camera::angle_rate_covariance::AngleRateCovariance;
     use crate::camera::innovation_correlation::InnovationCorrelation;
+    use crate::camera::track_covariance::TrackCovariance as _;
     use crate::camera::track_tuning::TrackTuning;
 
     const B: Motion = Motion::Impacted(DriveMode::B);
@@ -110,10 +111,10 @@ mod tests {
             covariance.predict(dt_s, walk.under(B) * walk_rad2_s3);
             let innovation = truth[0] + math::sqrt(camera_rad2) * normal() - estimate[0];
             correlation.take(innovation, 1.0 / (covariance.angle_rad2() + camera_rad2), &tuning);
-            let gain = covariance.update_angle(camera_rad2);
-            estimate[0] += gain.angle * innovation;
-            estimate[1] += gain.rate * innovation;
-            walk.learn(B, correlation.take_last_square().unwrap(), tuning.per_neighbours);
+            let [angle, rate] = covariance.update_angle(camera_rad2);
+            estimate[0] += angle * innovation;
+            estimate[1] += rate * innovation;
+            walk.learn(B, correlation.last_square.take().unwrap(), tuning.per_neighbours);
             mean += if frame >= 30_000 { walk.under(B) / 20_000.0 } else { 0.0 };
         }
         mean
