@@ -134,8 +134,8 @@ mod tests {
             Some(Estimate { at, angle, rate_rad_s, angle_rad2, angle_rate_rad2_s, rate_rad2_s2, resting })
         }
 
-        fn health(&self, _: Time) -> Health {
-            Health::Good
+        fn assess_for(&self, _: Time, instant: Time) -> (Option<Estimate<f32>>, Health) {
+            (self.estimate(instant), Health::Good)
         }
     }
 

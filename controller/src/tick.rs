@@ -316,8 +316,8 @@ mod tests {
             })
         }
 
-        fn health(&self, _: Time) -> Health {
-            self.0
+        fn assess_for(&self, _: Time, instant: Time) -> (Option<Estimate<f32>>, Health) {
+            (self.estimate(instant), self.0)
         }
     }
 

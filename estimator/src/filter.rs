@@ -6,8 +6,7 @@
 
 use motor_model::{Angle, DriveCommand, Real, Time};
 
-use crate::innovation::{ImpactInnovation, Innovation};
-use crate::measurement::{CameraFrame, LdvSample};
+use crate::{CameraFrame, ImpactInnovation, Innovation, LdvSample};
 
 /// Angle and rate of the rotor from camera and vibrometer.
 pub trait AngleFilter<T: Real> {
@@ -34,13 +33,14 @@ pub trait AngleFilter<T: Real> {
     /// Angle and rate at an earlier instant, from the frames before and after it. After the last frame used it is
     /// [`Self::estimate`]. `None` before the oldest of the [`crate::FRAMES_KEPT`] frames kept, and from a filter
     /// without a smoother, as on a microcontroller that asks for the present alone.
-    fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
-        let _ = at;
+    fn smoothed(&self, _at: Time) -> Option<Estimate<T>> {
         None
     }
 
     /// Whether the estimate at `now` may be used.
-    fn health(&self, now: Time) -> Health;
+    fn health(&self, now: Time) -> Health {
+        self.assess(now).1
+    }
 
     /// [`Self::estimate`] and [`Self::health`] for the price of one: for a loop that needs both at every tick.
     fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
@@ -49,9 +49,7 @@ pub trait AngleFilter<T: Real> {
 
     /// The same with the estimate for `instant`, at or after `now`: for a loop whose commands act later. Whether the
     /// instruments are silent is judged at `now`, and the variance at `instant`.
-    fn assess_for(&self, now: Time, instant: Time) -> (Option<Estimate<T>>, Health) {
-        (self.estimate(instant), self.health(now))
-    }
+    fn assess_for(&self, now: Time, instant: Time) -> (Option<Estimate<T>>, Health);
 }
 
 /// Angle and rate at an instant.

@@ -21,20 +21,16 @@ const MARGIN: f64 = 1.25;
 /// Time in ns after which a motor of `params` lies quiet once the drive, which was of `mode`, is off.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 5e6 and 1e9")]
 pub(crate) fn settling_nanos(params: &MotorParams, mode: DriveMode) -> u64 {
-    let (frequency, amplitude, damping) = match mode {
-        DriveMode::B => {
-            (Parameter::ModeBFrequency, Parameter::ModeBToothAmplitude, Parameter::ModeBDampingRatio)
-        }
-        DriveMode::C => {
-            (Parameter::ModeCFrequency, Parameter::ModeCToothAmplitude, Parameter::ModeCDampingRatio)
-        }
-    };
+    let of_mode = |b, c| params.get(if mode == DriveMode::B { b } else { c });
+    let frequency_hz = of_mode(Parameter::ModeBFrequency, Parameter::ModeCFrequency);
+    let amplitude_m = of_mode(Parameter::ModeBToothAmplitude, Parameter::ModeCToothAmplitude);
+    let damping_ratio = of_mode(Parameter::ModeBDampingRatio, Parameter::ModeCDampingRatio);
     let (gravity, restitution) = (params.get(Parameter::Gravity), params.get(Parameter::Restitution));
-    let natural_rad_s = core::f64::consts::TAU * params.get(frequency);
-    let speed_m_s = params.get(amplitude) * natural_rad_s;
+    let natural_rad_s = core::f64::consts::TAU * frequency_hz;
+    let speed_m_s = amplitude_m * natural_rad_s;
     let launch_m_s = (1.0 + restitution) * speed_m_s / (1.0 + params.tooth_mass_ratio());
     let bounces_s = 2.0 * launch_m_s / (gravity * (1.0 - restitution));
-    let ring_down_s = math::ln(speed_m_s * natural_rad_s / gravity) / (params.get(damping) * natural_rad_s);
+    let ring_down_s = math::ln(speed_m_s * natural_rad_s / gravity) / (damping_ratio * natural_rad_s);
     let settled_s = MARGIN * bounces_s.max(ring_down_s);
     let (least_s, most_s) = BOUNDS_S;
     // Written so that NaN becomes the most.

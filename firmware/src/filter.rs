@@ -126,10 +126,6 @@ impl AngleFilter<f32> for SelectedFilter {
         forward!(self, filter => filter.estimate(now))
     }
 
-    fn health(&self, now: Time) -> Health {
-        forward!(self, filter => filter.health(now))
-    }
-
     fn assess_for(&self, now: Time, instant: Time) -> (Option<Estimate<f32>>, Health) {
         forward!(self, filter => filter.assess_for(now, instant))
     }

@@ -70,6 +70,18 @@ pub trait Real:
     /// Square root, correctly rounded; NaN below zero.
     #[must_use]
     fn sqrt(self) -> Self;
+    /// The smaller of `self` and `most`; `most`, if one of them is NaN.
+    #[must_use]
+    #[inline]
+    fn at_most(self, most: Self) -> Self {
+        if self < most { self } else { most }
+    }
+    /// The larger of `self` and `least`; `least`, if one of them is NaN.
+    #[must_use]
+    #[inline]
+    fn at_least(self, least: Self) -> Self {
+        if self > least { self } else { least }
+    }
     /// `self` limited to `-limit..=limit`; `limit` is not negative.
     #[must_use]
     #[inline]

@@ -43,18 +43,16 @@ mod mean_rate;
 
 use motor_model::{DriveCommand, MotorParams, Real, Time};
 
-use crate::camera::process::{Jitter, Process, Wander, Wandering};
+use crate::camera::process::{Process, Wander, Wandering};
 use crate::camera::track::State;
 use crate::camera::track_covariance::TrackCovariance;
-use crate::camera::track_tuning::{RESTING_GROWTH_RAD2_S, TrackTuning};
 use crate::camera::tracker::{FrameContext, Tracker};
-use crate::filter::{AngleFilter, Estimate, Health, Reason};
-use crate::innovation::{ImpactInnovation, Innovation};
-use crate::instruments::{CameraDescription, Instruments};
-use crate::measurement::{CameraFrame, LdvSample};
-use crate::vibrometer::motion::{Motion, MotionWatch};
+use crate::vibrometer::motion::MotionWatch;
 use crate::vibrometer::motion_history::{MotionPiece, Motions};
-use crate::vibrometer::rest::RestTuning;
+use crate::{
+    AngleFilter, CameraDescription, CameraFrame, Estimate, Health, ImpactInnovation, Innovation, Instruments,
+    Jitter, LdvSample, Motion, RESTING_GROWTH_RAD2_S, Reason, RestTuning, TrackTuning,
+};
 use mean_rate::MeanRates;
 
 /// Correlation time of the rate in modes B and C, in s.
@@ -180,40 +178,31 @@ impl<T: Real> RandomWalk<'_, T> {
     /// Carries the state to `until` while the rate returns to the mean of each motion on the way.
     #[cold]
     fn return_to_mean<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, until: Time) {
-        while until > state.at {
-            let piece = self.motions.piece(state.at);
-            self.return_to_mean_of(&piece, state, until.min(piece.until));
-        }
-    }
-
-    fn return_to_mean_of<B: TrackCovariance<T>>(
-        &self,
-        &MotionPiece { motion, begun, .. }: &MotionPiece,
-        state: &mut State<T, B>,
-        until: Time,
-    ) {
         let (of_b, of_c) = (T::from_f64(1.0 / CORRELATION_B_S), T::from_f64(1.0 / CORRELATION_C_S));
         let [mean_b, mean_c] = self.mean_rate_rad_s;
-        let (per_correlation, third_nanos, mean_rad_s) = motion.of(
-            (of_b, THIRD_B_NANOS, mean_b),
-            (of_c, THIRD_C_NANOS, mean_c),
-            (of_b, THIRD_B_NANOS, T::zero()),
-        );
-        let span_nanos = until.nanos_since(state.at);
-        let step_nanos = third_nanos.max(span_nanos / STEPS_MAX);
-        let intensity_rad2_s3 = self.tuning.intensity_rad2_s3(motion, false);
         while until > state.at {
-            let next = until.min(state.at.plus_nanos(step_nanos));
-            // The mean of the mode before, of the next one, or between them: not known to some ten rad/s.
-            let in_transition = state.at < begun.plus_nanos(TRANSITION_NANOS);
-            let (per_correlation, factor) =
-                if in_transition { (of_b, T::from_f64(TRANSITION)) } else { (per_correlation, T::one()) };
-            let x: T = next.seconds_since::<T>(state.at) * per_correlation;
-            // exp(-x) to third order in x, and positive for any x.
-            let kept = T::one() / (T::one() + x + T::from_f64(0.5) * x * x);
-            state.propagate(next, factor * intensity_rad2_s3);
-            state.rate_rad_s = mean_rad_s + (state.rate_rad_s - mean_rad_s) * kept;
-            state.covariance.kick_rate(kept, T::zero());
+            let piece = self.motions.piece(state.at);
+            let (per_correlation, third_nanos, mean_rad_s) = piece.motion.of(
+                (of_b, THIRD_B_NANOS, mean_b),
+                (of_c, THIRD_C_NANOS, mean_c),
+                (of_b, THIRD_B_NANOS, T::zero()),
+            );
+            let until = until.min(piece.until);
+            let step_nanos = third_nanos.max(until.nanos_since(state.at) / STEPS_MAX);
+            let intensity_rad2_s3 = self.tuning.intensity_rad2_s3(piece.motion, false);
+            while until > state.at {
+                let next = until.min(state.at.plus_nanos(step_nanos));
+                // The mean of the mode before, of the next one, or between them: not known to some ten rad/s.
+                let in_transition = state.at < piece.begun.plus_nanos(TRANSITION_NANOS);
+                let (per_s, factor) =
+                    if in_transition { (of_b, T::from_f64(TRANSITION)) } else { (per_correlation, T::one()) };
+                let x: T = next.seconds_since::<T>(state.at) * per_s;
+                // exp(-x) to third order in x, and positive for any x.
+                let kept = T::one() / (T::one() + x + T::from_f64(0.5) * x * x);
+                state.propagate(next, factor * intensity_rad2_s3);
+                state.rate_rad_s = mean_rad_s + (state.rate_rad_s - mean_rad_s) * kept;
+                state.covariance.kick_rate(kept, T::zero());
+            }
         }
     }
 }
@@ -291,16 +280,13 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
         let process =
             RandomWalk { tuning: &self.random_walk, motions, mean_rate_rad_s: self.mean_rates.rad_s };
         let from = self.tracker.newest_at().min(frame.exposed_at);
-        let context = FrameContext {
-            clock,
-            quiet: process.motions.throughout(from) == Motion::Quiet,
-            disputed: self.watch.disputes_quiet(clock),
-        };
+        let (motion, disputed) = (motions.throughout(from), self.watch.disputes_quiet(clock));
+        let context = FrameContext { clock, quiet: motion == Motion::Quiet, disputed };
         let innovation = self.tracker.update(frame, context, &process);
         self.watch.note_rest(self.tracker.is_resting(), clock);
         if self.random_walk.returns_to_mean {
             let settled_at = self.watch.motions(clock).piece(clock).begun.plus_nanos(TRANSITION_NANOS);
-            self.mean_rates.note_frame(&innovation, self.watch.driven_mode(), settled_at);
+            self.mean_rates.note_frame(&innovation, self.watch.applied.mode(), settled_at);
         }
         innovation
     }
@@ -311,10 +297,6 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
 
     fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
         self.tracker.smoothed(at, &self.process(self.watch.clock().max(at)))
-    }
-
-    fn health(&self, now: Time) -> Health {
-        self.assess(now).1
     }
 
     fn assess_for(&self, now: Time, instant: Time) -> (Option<Estimate<T>>, Health) {

@@ -57,13 +57,13 @@ use motor_model::{DriveCommand, DriveMode, Real, Time};
 use crate::camera::process::Process;
 use crate::camera::track::State;
 use crate::camera::tracker::{FrameContext, Tracker};
-use crate::filter::{AngleFilter, Estimate, Health, Reason};
-use crate::filters::impact_aided::ringing::{Ringing, ToothRate};
-use crate::innovation::{ImpactInnovation, Innovation};
-use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
-use crate::vibrometer::motion::{Motion, MotionWatch};
+use crate::vibrometer::motion::MotionWatch;
+use crate::{
+    AngleFilter, CameraFrame, Estimate, Health, ImpactInnovation, Innovation, LdvSample, Motion, Reason,
+};
 use process::{ImpactKick, ImpactKicks, KickedRate};
+use ringing::Ringing;
 pub use tuning::ImpactAidedTuning;
 
 /// Most impacts kept: 4.5 ms of the motion with the most impacts, mode B at a fifth of its amplitude with 28 impacts a
@@ -96,7 +96,18 @@ pub struct ImpactAided<T> {
     ringing: Ringing<T>,
     /// From when on all impacts that still ring have been detected.
     ringing_known_from: Time,
-    drive: DriveCommand,
+}
+
+/// How angle and rate change up to `$now`. It is no method: the tracker changes while the process is in use.
+macro_rules! process {
+    ($filter:ident, $now:expr) => {
+        KickedRate {
+            tuning: &$filter.tuning,
+            kicks: &$filter.kicks,
+            motions: $filter.watch.motions($now),
+            unseen: $filter.tuning.next_impact.unseen(&$filter.detector, $filter.watch.applied, true),
+        }
+    };
 }
 
 impl<T: Real> ImpactAided<T> {
@@ -111,16 +122,6 @@ impl<T: Real> ImpactAided<T> {
             propagated: None,
             ringing: Ringing::default(),
             ringing_known_from: Time::ZERO,
-            drive: DriveCommand::OFF,
-        }
-    }
-
-    fn process(&self, now: Time) -> KickedRate<'_, T> {
-        KickedRate {
-            tuning: &self.tuning,
-            kicks: &self.kicks,
-            motions: self.watch.motions(now),
-            unseen: self.tuning.next_impact.unseen(&self.detector, self.drive, true),
         }
     }
 
@@ -135,41 +136,29 @@ impl<T: Real> ImpactAided<T> {
     fn impact_kick(&mut self, at: Time, within_s: T, before_m_s: T, jump_m_s: T) -> ImpactKick<T> {
         let tuning = &self.tuning;
         let rise_m_s = before_m_s + jump_m_s * tuning.approach_per_jump;
-        let ToothRate { rate_rad_s, slope_rad_s2 } =
-            self.ringing.impact(&tuning.ringing, at, rise_m_s, jump_m_s);
-        let (kick_max_rad_s, threshold_m_s) =
-            (tuning.kick_per_jump_rad_m * jump_m_s, self.detector.threshold_m_s());
-        let missed_rad_s = tuning.kick_per_jump_rad_m * threshold_m_s;
+        let tooth = self.ringing.impact(&tuning.ringing, at, rise_m_s, jump_m_s);
+        let kick_max_rad_s = tuning.kick_per_jump_rad_m * jump_m_s;
+        let missed_rad_s = tuning.kick_per_jump_rad_m * self.detector.threshold_m_s();
         let missed_rad2_s2 = missed_rad_s * missed_rad_s;
         let bound_rad2_s2 = kick_max_rad_s * kick_max_rad_s + missed_rad2_s2;
         // Until it has decayed, the ringing of an impact at an uncertain instant is uncertain.
         if within_s > T::from_f64(SAMPLE_SPACING_MAX_S) {
             self.ringing_known_from = at.plus_nanos(RINGING_NANOS);
         }
-        match self.drive.mode() {
-            Some(DriveMode::B) => ImpactKick {
-                at,
-                tooth_rate_rad_s: rate_rad_s,
-                half_width_rad_s: T::from_f64(TOOTH_WIDTH_RAD_S) + T::from_f64(0.5) * within_s * slope_rad_s2,
-                kick_max_rad_s,
-                variance_rad2_s2: if at < self.ringing_known_from {
-                    tuning.unexplained_b * bound_rad2_s2
-                } else {
-                    T::zero()
-                },
-            },
-            Some(DriveMode::C) => ImpactKick::unknown(at, tuning.unexplained * bound_rad2_s2),
+        let (tooth_rate_rad_s, half_width_rad_s, variance_rad2_s2) = match self.watch.applied.mode() {
+            Some(DriveMode::B) => {
+                let turned_rad_s = T::from_f64(0.5) * within_s * tooth.slope_rad_s2;
+                let known = at >= self.ringing_known_from;
+                let variance_rad2_s2 = if known { T::zero() } else { tuning.unexplained_b * bound_rad2_s2 };
+                (tooth.rate_rad_s, T::from_f64(TOOTH_WIDTH_RAD_S) + turned_rad_s, variance_rad2_s2)
+            }
+            Some(DriveMode::C) => return ImpactKick::unknown(at, tuning.unexplained * bound_rad2_s2),
             None => {
                 let swing_m_s = before_m_s.abs() + jump_m_s * tuning.approach_per_jump;
-                ImpactKick {
-                    at,
-                    tooth_rate_rad_s: T::zero(),
-                    half_width_rad_s: T::from_f64(1.2) * tuning.turn_per_rise_rad_m * swing_m_s,
-                    kick_max_rad_s,
-                    variance_rad2_s2: missed_rad2_s2,
-                }
+                (T::zero(), T::from_f64(1.2) * tuning.turn_per_rise_rad_m * swing_m_s, missed_rad2_s2)
             }
-        }
+        };
+        ImpactKick { at, tooth_rate_rad_s, half_width_rad_s, kick_max_rad_s, variance_rad2_s2 }
     }
 
     /// Takes in a detection other than continued flight. `before` is when the last sample was taken.
@@ -178,14 +167,12 @@ impl<T: Real> ImpactAided<T> {
         match detection {
             VibrometerEvent::Flight => (),
             VibrometerEvent::Rejected => {
-                if self.detector.newest().is_some_and(|newest| sample.taken_at <= newest) {
-                    // The watch has started again: the samples before had wrong times.
-                    self.detector = ImpactDetector::new(self.tuning.detector);
-                    while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
-                    self.propagated = None;
-                    let VibrometerEvent::Gap(seconds) = self.detector.observe(sample) else { return };
-                    self.random_walk_over_gap(sample.taken_at, seconds);
-                }
+                // The watch has started again: the samples before had wrong times.
+                self.detector = ImpactDetector::new(self.tuning.detector);
+                while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
+                self.propagated = None;
+                let VibrometerEvent::Gap(seconds) = self.detector.observe(sample) else { return };
+                self.random_walk_over_gap(sample.taken_at, seconds);
             }
             VibrometerEvent::Impact { before_m_s, jump_m_s } => {
                 if !self.detector.has_fault() {
@@ -208,8 +195,7 @@ impl<T: Real> ImpactAided<T> {
     fn random_walk_over_gap(&mut self, at: Time, seconds: T) {
         let intensity = self.tuning.constant_rate.random_walk.intensity_rad2_s3(self.watch.motion(at), false);
         self.forget_ringing(at);
-        let longest_s = T::from_f64(RATE_MEMORY_S);
-        let seconds = if seconds < longest_s { seconds } else { longest_s };
+        let seconds = seconds.at_most(T::from_f64(RATE_MEMORY_S));
         self.record_kick(ImpactKick::unknown(at, intensity * seconds));
     }
 
@@ -236,15 +222,7 @@ impl<T: Real> ImpactAided<T> {
         if let Some(oldest) = self.kicks.front().map(|kick| kick.at)
             && self.kicks.is_full()
         {
-            // Written out, since the tracker changes meanwhile.
-            let motions = self.watch.motions(self.watch.clock());
-            let process = KickedRate {
-                tuning: &self.tuning,
-                kicks: &self.kicks,
-                motions,
-                unseen: self.tuning.next_impact.unseen(&self.detector, self.drive, true),
-            };
-            self.tracker.advance_to(oldest, &process);
+            self.tracker.advance_to(oldest, &process!(self, self.watch.clock()));
             self.drop_old_kicks();
         }
         // Not full: the oldest kicks were dropped above.
@@ -258,7 +236,7 @@ impl<T: Real> ImpactAided<T> {
         let Some((track, newest)) = self.tracker.track().zip(newest) else { return };
         let (mut state, resting) = (self.propagated.unwrap_or(track.state), track.resting);
         if newest > state.at {
-            self.process(self.watch.clock()).carry(&mut state, resting, newest);
+            process!(self, self.watch.clock()).carry(&mut state, resting, newest);
             self.propagated = Some(state);
         }
     }
@@ -266,15 +244,12 @@ impl<T: Real> ImpactAided<T> {
     /// Drops the kicks that no frame can go back to.
     fn drop_old_kicks(&mut self) {
         let Some(at) = self.tracker.horizon() else { return };
-        while self.kicks.front().is_some_and(|kick| kick.at <= at) {
-            self.kicks.pop_front();
-        }
+        while self.kicks.pop_front_if(|kick| kick.at <= at).is_some() {}
     }
 }
 
 impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     fn drive(&mut self, at: Time, command: DriveCommand) {
-        self.drive = command;
         self.watch.drive(at, command);
         if command.mode().is_some() {
             self.tracker.end_rest();
@@ -283,7 +258,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
 
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<T>> {
         if self.watch.observe(sample) {
-            let (before, had_fault) = (self.detector.newest(), self.detector.has_fault());
+            let (before, had_fault) = (self.detector.newest, self.detector.has_fault());
             let sample = &self.detector.scaled(&self.watch.corrected(sample));
             let detection = self.detector.observe(sample);
             if had_fault && !self.detector.has_fault() {
@@ -298,18 +273,10 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
 
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
         let clock = self.watch.clock();
-        let process = KickedRate {
-            tuning: &self.tuning,
-            kicks: &self.kicks,
-            motions: self.watch.motions(clock.max(frame.exposed_at)),
-            unseen: self.tuning.next_impact.unseen(&self.detector, self.drive, true),
-        };
+        let process = process!(self, clock.max(frame.exposed_at));
         let from = self.tracker.newest_at().min(frame.exposed_at);
-        let context = FrameContext {
-            clock,
-            quiet: process.motions.throughout(from) == Motion::Quiet,
-            disputed: self.watch.disputes_quiet(clock),
-        };
+        let (motion, disputed) = (process.motions.throughout(from), self.watch.disputes_quiet(clock));
+        let context = FrameContext { clock, quiet: motion == Motion::Quiet, disputed };
         let before = self.tracker.place();
         let innovation = self.tracker.update(frame, context, &process);
         self.watch.note_rest(self.tracker.is_resting(), clock);
@@ -325,7 +292,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     }
 
     fn estimate(&self, now: Time) -> Option<Estimate<T>> {
-        let process = self.process(now);
+        let process = process!(self, now);
         match self.propagated.as_ref().filter(|propagated| propagated.at <= now) {
             Some(propagated) => self.tracker.estimate_from(propagated, now, &process),
             None => self.tracker.estimate(now, &process),
@@ -333,17 +300,13 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     }
 
     fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
-        self.tracker.smoothed(at, &self.process(self.watch.clock().max(at)))
-    }
-
-    fn health(&self, now: Time) -> Health {
-        self.assess(now).1
+        self.tracker.smoothed(at, &process!(self, self.watch.clock().max(at)))
     }
 
     fn assess_for(&self, now: Time, instant: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         let estimate = self.estimate(instant);
-        let health = self.tracker.judge(estimate.as_ref(), now, silent.or_else(|| self.detector.fault()));
+        let health = self.tracker.judge(estimate.as_ref(), now, silent.or(self.detector.fault));
         (estimate, health)
     }
 }

@@ -30,9 +30,8 @@ impl<T: Real> KickMoments<T> {
         let (low, high) = (slip - width, slip + width);
         let (half, third, per_span) = (T::from_f64(0.5), T::from_f64(1.0 / 3.0), T::from_f64(0.5) / width);
         let (inner_low, inner_high) = (low.clamp_magnitude(limit), high.clamp_magnitude(limit));
-        let positive = |x: T| if x > T::zero() { x } else { T::zero() };
-        let above = positive(high - if low > limit { low } else { limit });
-        let below = positive(if high < -limit { high } else { -limit } - low);
+        let above = (high - low.at_least(limit)).at_least(T::zero());
+        let below = (high.at_most(-limit) - low).at_least(T::zero());
         // About the middle of the kicks that stick, so that no large numbers cancel.
         let (middle, reach) = (half * (inner_low + inner_high), half * (inner_high - inner_low));
         let (up, down) = (limit - middle, limit + middle);
@@ -45,7 +44,7 @@ impl<T: Real> KickMoments<T> {
             mean: middle + mean,
             per_slip,
             per_limit: (above - below) * per_span,
-            scatter: positive(square - mean * mean - explained),
+            scatter: (square - mean * mean - explained).at_least(T::zero()),
         }
     }
 }

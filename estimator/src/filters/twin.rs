@@ -273,13 +273,13 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             return None;
         }
         let sample = &self.detector.scaled(&self.watch.corrected(sample));
-        if self.detector.newest().is_some_and(|newest| sample.taken_at <= newest) {
+        if self.detector.newest.is_some_and(|newest| sample.taken_at <= newest) {
             self.resume_at(sample.taken_at);
         }
-        let newest = self.detector.newest();
+        let newest = self.detector.newest;
         let since_s: T = newest.map_or(T::zero(), |newest| sample.taken_at.seconds_since(newest));
         let (flight, had_fault, was_erratic) =
-            (self.detector.flight(), self.detector.has_fault(), self.detector.erratic());
+            (self.detector.flight, self.detector.has_fault(), self.detector.erratic_until.is_some());
         let event = self.detector.observe(sample);
         if event == VibrometerEvent::Rejected {
             return None;
@@ -354,16 +354,12 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         self.tracker.smoothed(at, &self.process(self.watch.clock().max(at)))
     }
 
-    fn health(&self, now: Time) -> Health {
-        self.assess(now).1
-    }
-
     fn assess_for(&self, now: Time, instant: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         let unexplained =
             (!self.kick_use.taken || !self.misfit.is_trusted()).then_some(Reason::ImpactsUnexplained);
         let estimate = self.estimate(instant);
-        let vibrometer = silent.or_else(|| self.detector.fault()).or(unexplained);
+        let vibrometer = silent.or(self.detector.fault).or(unexplained);
         let health = self.tracker.judge(estimate.as_ref(), now, vibrometer);
         (estimate, health)
     }

@@ -49,27 +49,24 @@ const GAP_NANOS: u32 = 1_000_000;
 const RINGING_NANOS: u64 = 20_000_000;
 
 /// Mean and variance of the samples at rest, and what is used of them.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Calibration<T> {
     gravity_m_s2: T,
     assumed_m2_s2: T,
     samples: T,
     mean_m_s: T,
     variance_m2_s2: T,
-    bias_m_s: T,
-    noise_m_s: T,
+    /// What the vibrometer shows of a rotor at rest, in m/s; 0 until it is significant.
+    pub(super) bias_m_s: T,
+    /// Standard deviation of a sample, in m/s: as assumed, until another is learnt.
+    pub(super) noise_m_s: T,
     /// From when on samples are learnt from; `None` while the rotor may move.
     from: Option<Time>,
     /// Since when the mean of the running rotor is taken.
     running_from: Option<Time>,
-    running: Running<T>,
-}
-
-/// Samples of a running rotor.
-#[derive(Clone, Copy, Debug, Default)]
-struct Running<T> {
+    /// The newest sample of the running rotor.
     newest: Time,
-    /// The integral of the velocity over time.
+    /// The integral of its velocity over time.
     height_m: T,
     /// Speed of the last sample, and the fastest of the time: of each two neighbours the slower one.
     last_m_s: T,
@@ -78,18 +75,8 @@ struct Running<T> {
 
 impl<T: Real> Calibration<T> {
     pub(crate) fn new(assumed_m_s: T, gravity_m_s2: T) -> Self {
-        Self {
-            gravity_m_s2,
-            assumed_m2_s2: assumed_m_s * assumed_m_s,
-            samples: T::zero(),
-            mean_m_s: T::zero(),
-            variance_m2_s2: T::zero(),
-            bias_m_s: T::zero(),
-            noise_m_s: assumed_m_s,
-            from: None,
-            running_from: None,
-            running: Running::default(),
-        }
+        let assumed_m2_s2 = assumed_m_s * assumed_m_s;
+        Self { gravity_m_s2, assumed_m2_s2, noise_m_s: assumed_m_s, ..Self::default() }
     }
 
     /// The samples since do not count for the mean of the running rotor.
@@ -99,19 +86,16 @@ impl<T: Real> Calibration<T> {
 
     /// Averages a sample of a running rotor.
     pub(crate) fn run(&mut self, velocity_m_s: T, at: Time) {
-        let Running { newest, height_m, last_m_s, fastest_m_s } = &mut self.running;
         let speed_m_s = velocity_m_s.abs();
-        let slower_m_s = if speed_m_s < *last_m_s { speed_m_s } else { *last_m_s };
-        let since = at.nanos_soon_after(*newest, GAP_NANOS);
-        (*newest, *last_m_s) = (at, speed_m_s);
+        let slower_m_s = speed_m_s.at_most(self.last_m_s);
+        let since = at.nanos_soon_after(self.newest, GAP_NANOS);
+        (self.newest, self.last_m_s) = (at, speed_m_s);
         let (Some(from), Some(since)) = (self.running_from, since) else {
-            (self.running_from, *height_m, *fastest_m_s) = (Some(at), T::zero(), T::zero());
+            (self.running_from, self.height_m, self.fastest_m_s) = (Some(at), T::zero(), T::zero());
             return;
         };
-        *height_m += velocity_m_s * (T::from_i32(since.cast_signed()) * T::from_f64(1e-9));
-        if slower_m_s > *fastest_m_s {
-            *fastest_m_s = slower_m_s;
-        }
+        self.height_m += velocity_m_s * (T::from_i32(since.cast_signed()) * T::from_f64(1e-9));
+        self.fastest_m_s = slower_m_s.at_least(self.fastest_m_s);
         if at.nanos_soon_after(from, RUNNING_NANOS - 1).is_none() {
             self.judge_run(at.seconds_since(from));
         }
@@ -121,24 +105,14 @@ impl<T: Real> Calibration<T> {
     #[cold]
     fn judge_run(&mut self, time_s: T) {
         self.running_from = None;
-        let (mean_m_s, fastest_m_s) = (self.running.height_m / time_s, self.running.fastest_m_s);
+        let mean_m_s = self.height_m / time_s;
         let off_m_s = (mean_m_s - self.bias_m_s).abs();
         // Without gravity the height is not known, and nothing is learnt.
         let height_factor = T::from_f64(2.0 / HEIGHT_MARGIN) * self.gravity_m_s2;
-        let beyond_height = off_m_s * time_s * height_factor > fastest_m_s * fastest_m_s;
+        let beyond_height = off_m_s * time_s * height_factor > self.fastest_m_s * self.fastest_m_s;
         if off_m_s > T::from_f64(RUNNING_M_S) && beyond_height {
             self.bias_m_s = mean_m_s;
         }
-    }
-
-    /// What the vibrometer shows of a rotor at rest, in m/s; 0 until it is significant.
-    pub(crate) fn bias_m_s(&self) -> T {
-        self.bias_m_s
-    }
-
-    /// Standard deviation of a sample, in m/s: as assumed, until another is learnt.
-    pub(crate) fn noise_m_s(&self) -> T {
-        self.noise_m_s
     }
 
     /// Whether the rotor is at rest at `now`, by the camera.
@@ -174,11 +148,10 @@ impl<T: Real> Calibration<T> {
     /// Uses what differs from the description.
     fn adopt(&mut self) -> bool {
         let n = T::from_f64;
-        let mut changed = false;
         let significant = self.mean_m_s * self.mean_m_s * self.samples > n(SIGNIFICANT) * self.variance_m2_s2;
         let biased = self.bias_m_s.abs() > T::zero();
+        let mut changed = significant && !biased;
         if significant || biased {
-            changed = !biased;
             self.bias_m_s = self.mean_m_s;
         }
         let differs = |x: T, y: T, factor: f64| x > n(factor) * y || y > n(factor) * x;
@@ -218,9 +191,9 @@ mod tests {
         for (bias_m_s, noise_m_s) in [(1e-3, 2e-4), (0.05, 2e-4), (-3e-3, 1e-2), (0.01, 5e-5), (0.0, 2e-3)] {
             for seed in 0..5 {
                 let learnt = learnt(bias_m_s, noise_m_s, seed);
-                let error = (f64::from(learnt.bias_m_s()) - bias_m_s).abs();
+                let error = (f64::from(learnt.bias_m_s) - bias_m_s).abs();
                 assert!(error < 6.0 * noise_m_s / 141.0, "{bias_m_s} {noise_m_s} {error}");
-                let noise = f64::from(learnt.noise_m_s()) / noise_m_s;
+                let noise = f64::from(learnt.noise_m_s) / noise_m_s;
                 assert!((noise - 1.0).abs() < 0.1, "{bias_m_s} {noise_m_s} {noise}");
             }
         }
@@ -236,7 +209,7 @@ mod tests {
                 let shown = bias_m_s + 0.1 * (1.0 - 2.0 * flight);
                 calibration.run(shown as f32, Time::from_micros(5 * n));
             }
-            let learnt = f64::from(calibration.bias_m_s());
+            let learnt = f64::from(calibration.bias_m_s);
             assert!((learnt - bias_m_s).abs() < 4e-4, "{bias_m_s} {learnt}");
             assert!(bias_m_s > 0.0 || learnt.to_bits() == 0);
         }
@@ -252,7 +225,7 @@ mod tests {
                 let shown = bias_m_s + 9.81 * 5e-6 * (0.5 * length as f64 - (n % length) as f64);
                 calibration.run(shown as f32, Time::from_micros(5 * n));
             }
-            let learnt = f64::from(calibration.bias_m_s());
+            let learnt = f64::from(calibration.bias_m_s);
             assert!((learnt - bias_m_s).abs() < 0.5e-3 / 0.25, "{length} {bias_m_s} {learnt}");
             assert!(bias_m_s > 0.0 || learnt.to_bits() == 0, "{length} {learnt}");
         }
@@ -271,7 +244,7 @@ mod tests {
                 let shown = 9.81 * 5e-6 * (0.5 * length - of as f64);
                 calibration.run(shown as f32, Time::from_micros(5 * n));
             }
-            assert_eq!(calibration.bias_m_s().to_bits(), 0, "{}", calibration.bias_m_s());
+            assert_eq!(calibration.bias_m_s.to_bits(), 0, "{}", calibration.bias_m_s);
         }
     }
 
@@ -280,7 +253,7 @@ mod tests {
     fn exact_nothing_changes_where_the_description_is_right() {
         for seed in 0..20 {
             let learnt = learnt(0.0, 2e-4, seed);
-            assert_eq!((learnt.bias_m_s().to_bits(), learnt.noise_m_s().to_bits()), (0, 2e-4_f32.to_bits()));
+            assert_eq!((learnt.bias_m_s.to_bits(), learnt.noise_m_s.to_bits()), (0, 2e-4_f32.to_bits()));
         }
     }
 }

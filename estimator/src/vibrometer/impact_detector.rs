@@ -53,9 +53,7 @@ mod free_fall;
 use free_fall::{FreeFall, Taught};
 use motor_model::{MotorParams, Parameter, Real, Time};
 
-use crate::filter::Reason;
-use crate::instruments::{Instruments, VibrometerDescription};
-use crate::measurement::LdvSample;
+use crate::{Instruments, LdvSample, Reason, VibrometerDescription};
 
 /// Least fall that shows wrong samples, in m/s: five thresholds of 1 mm/s.
 const FALL_M_S: f64 = 0.005;
@@ -83,8 +81,8 @@ pub struct ImpactDetectorTuning<T> {
     /// With more noise than this, in m/s, impacts are not told from noise, and none is taken from the samples: the
     /// threshold of 20 mm/s is as large as the largest jumps of mode C and a fifth of those of mode B.
     pub(crate) blind_m_s: T,
-    /// A longer time between samples is a gap, in ns: impacts in it are not known.
-    pub(crate) gap_nanos: u64,
+    /// A longer time between samples is a gap, in ns, at most `i32::MAX`: impacts in it are not known.
+    pub(crate) gap_nanos: u32,
 }
 
 impl<T: Real> ImpactDetectorTuning<T> {
@@ -99,7 +97,7 @@ impl<T: Real> ImpactDetectorTuning<T> {
             blind_m_s: T::from_f64(Instruments::IMPACTS_SD_M_S),
             gravity_m_s2: T::from_f64(params.get(Parameter::Gravity)),
             damping_per_s: T::from_f64(damping),
-            gap_nanos: 10 * vibrometer.period_nanos,
+            gap_nanos: i32::try_from(10 * vibrometer.period_nanos).unwrap_or(i32::MAX).cast_unsigned(),
         }
     }
 }
@@ -128,14 +126,28 @@ pub(crate) enum VibrometerEvent<T> {
 }
 
 /// What the samples since the last impact show.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Flight<T> {
-    /// The mean velocity less the first sample, in m/s: exact up to the window.
+    /// Vertical velocity, `v^`, in m/s.
+    pub(crate) velocity_m_s: T,
+    /// Height of the rotor above the last impact, in m; above the first sample, where that is not known.
+    pub(crate) height_m: T,
+    /// The mean velocity less the first sample, in m/s: exact up to the window. It is the sum of the corrections of the
+    /// velocity, `sum w (sample - v^)`.
     pub(crate) drift_m_s: T,
     /// Their number, at most the window.
     pub(crate) samples: T,
     /// Variance of the velocity per that of a sample, `p`.
     pub(crate) velocity_variance: T,
+    /// Whether the last sample was too far below its prediction.
+    pub(crate) below: bool,
+}
+
+impl<T: Real> Flight<T> {
+    /// A flight that begins at a sample of this velocity.
+    fn begun(velocity_m_s: T) -> Self {
+        Self { velocity_m_s, samples: T::one(), velocity_variance: T::one(), ..Self::default() }
+    }
 }
 
 /// Finds impacts and faults in the vibrometer's samples.
@@ -144,23 +156,12 @@ pub(crate) struct ImpactDetector<T> {
     tuning: ImpactDetectorTuning<T>,
     /// Square of [`Self::threshold_m_s`].
     limit_m2_s2: T,
-    /// [`ImpactDetectorTuning::gap_nanos`], as far as it fits `i32`.
-    gap_nanos: u32,
-    newest: Option<Time>,
-    /// Velocity in flight, `v^`.
-    velocity_m_s: T,
-    /// Height above where the last flight began, in m.
-    height_m: T,
-    /// Jump by which the last flight began, in m/s.
-    jump_m_s: T,
-    /// Samples since the last impact, at most the window.
-    samples: T,
-    /// Variance of the velocity per that of a sample, `p`.
-    velocity_variance: T,
-    /// Sum of the corrections of the velocity since the last impact, `sum w (sample - v^)`.
-    drift_m_s: T,
-    /// Whether the last sample was too far below its prediction.
-    below: bool,
+    /// When the newest sample was taken.
+    pub(crate) newest: Option<Time>,
+    /// The flight since the last impact.
+    pub(crate) flight: Flight<T>,
+    /// Jump of the last impact, in m/s.
+    pub(crate) jump_m_s: T,
     /// Sum of the jumps' squares, falls counted negative, in m^2/s^2; within [`Self::SIGN_M2_S2`] of zero.
     upward_m2_s2: T,
     free_fall: FreeFall<T>,
@@ -168,10 +169,11 @@ pub(crate) struct ImpactDetector<T> {
     scale: T,
     /// Its inverse.
     per_scale: T,
-    /// Until when impacts are ignored, since some samples were wrong.
-    erratic_until: Option<Time>,
-    /// The fault that holds, if any: kept, since every sample needs it and few change it.
-    fault: Option<Reason>,
+    /// Until when impacts are ignored, since single samples were wrong in the last [`Self::ERRATIC_NANOS`].
+    pub(crate) erratic_until: Option<Time>,
+    /// The fault that holds, if any; the first of too much noise, wrong sign, wrong samples and wrong scale. Kept,
+    /// since every sample needs it and few change it.
+    pub(crate) fault: Option<Reason>,
 }
 
 impl<T: Real> ImpactDetector<T> {
@@ -189,15 +191,9 @@ impl<T: Real> ImpactDetector<T> {
         let mut detector = Self {
             tuning,
             limit_m2_s2: T::zero(),
-            gap_nanos: i32::try_from(tuning.gap_nanos).unwrap_or(i32::MAX).cast_unsigned(),
             newest: None,
-            velocity_m_s: T::zero(),
-            height_m: T::zero(),
+            flight: Flight::begun(T::zero()),
             jump_m_s: T::zero(),
-            samples: T::one(),
-            velocity_variance: T::one(),
-            drift_m_s: T::zero(),
-            below: false,
             upward_m2_s2: T::from_f64(Self::SIGN_M2_S2),
             free_fall: FreeFall::new(tuning.gravity_m_s2, tuning.damping_per_s),
             scale: T::one(),
@@ -229,19 +225,9 @@ impl<T: Real> ImpactDetector<T> {
         LdvSample { velocity_m_s: sample.velocity_m_s * self.per_scale.to_f32(), ..*sample }
     }
 
-    /// The fault that holds, if any; the first of too much noise, wrong sign, wrong samples and wrong scale.
-    pub(crate) fn fault(&self) -> Option<Reason> {
-        self.fault
-    }
-
     /// Whether any fault holds: impacts are to be ignored.
     pub(crate) fn has_fault(&self) -> bool {
         self.fault.is_some()
-    }
-
-    /// Whether single samples were wrong in the last [`Self::ERRATIC_NANOS`].
-    pub(crate) fn erratic(&self) -> bool {
-        self.erratic_until.is_some()
     }
 
     fn inverted(&self) -> bool {
@@ -252,8 +238,8 @@ impl<T: Real> ImpactDetector<T> {
         let faults = [
             (self.noise_m_s() > self.tuning.blind_m_s, Reason::VibrometerUnfit),
             (self.inverted(), Reason::VibrometerInverted),
-            (self.erratic(), Reason::VibrometerErratic),
-            (self.free_fall.is_wrong(), Reason::VibrometerScale),
+            (self.erratic_until.is_some(), Reason::VibrometerErratic),
+            (self.free_fall.wrong, Reason::VibrometerScale),
         ];
         self.fault = faults.into_iter().find_map(|(holds, reason)| holds.then_some(reason));
     }
@@ -263,83 +249,55 @@ impl<T: Real> ImpactDetector<T> {
         self.upward_m2_s2 = sum_m2_s2.clamp_magnitude(T::from_f64(Self::SIGN_M2_S2));
     }
 
-    /// Vertical velocity in flight, `v^`, in m/s.
-    pub(crate) fn velocity_m_s(&self) -> T {
-        self.velocity_m_s
-    }
-
-    /// Height of the rotor in flight above the last impact, in m; above the first sample, where that is not known.
-    pub(crate) fn height_m(&self) -> T {
-        self.height_m
-    }
-
-    /// Jump of the last impact in m/s.
-    pub(crate) fn jump_m_s(&self) -> T {
-        self.jump_m_s
-    }
-
-    /// When the newest sample was taken.
-    pub(crate) fn newest(&self) -> Option<Time> {
-        self.newest
-    }
-
     /// Jump that is detected with probability 1/2 in settled flight, in m/s.
     pub(crate) fn threshold_m_s(&self) -> T {
         self.tuning.threshold * self.noise_m_s()
     }
 
-    pub(crate) fn flight(&self) -> Flight<T> {
-        let Self { drift_m_s, samples, velocity_variance, .. } = *self;
-        Flight { drift_m_s, samples, velocity_variance }
-    }
-
     /// Takes in a sample that [`crate::vibrometer::rest`] has found plausible, [`Self::scaled`]; returns what it shows.
     pub(crate) fn observe(&mut self, sample: &LdvSample) -> VibrometerEvent<T> {
-        let velocity = T::from_f32(sample.velocity_m_s);
-        let soon = self.newest.as_mut().and_then(|newest| {
-            let since = sample.taken_at.nanos_soon_after(*newest, self.gap_nanos)?;
-            *newest = sample.taken_at;
-            Some(since)
-        });
-        let Some(since) = soon else { return self.out_of_sequence(sample.taken_at, velocity) };
+        let (at, velocity) = (sample.taken_at, T::from_f32(sample.velocity_m_s));
+        let soon = self.newest.and_then(|newest| at.nanos_soon_after(newest, self.tuning.gap_nanos));
+        let Some(since) = soon else { return self.out_of_sequence(at, velocity) };
+        self.newest = Some(at);
         if self.fault.is_some() {
-            self.recover(sample.taken_at);
+            self.recover(at);
         }
         let since_s = T::from_i32(since.cast_signed()) * T::from_f64(1e-9);
-        let fallen_m_s = (self.tuning.gravity_m_s2 + self.tuning.damping_per_s * self.velocity_m_s) * since_s;
-        self.velocity_m_s -= fallen_m_s;
-        let innovation = velocity - self.velocity_m_s;
+        let (tuning, flight) = (&self.tuning, &mut self.flight);
+        flight.velocity_m_s -= (tuning.gravity_m_s2 + tuning.damping_per_s * flight.velocity_m_s) * since_s;
+        let innovation = velocity - flight.velocity_m_s;
         let square_m2_s2 = innovation * innovation;
-        if square_m2_s2 > self.limit_m2_s2 * (T::one() + self.velocity_variance) {
-            let (before_m_s, upwards) = (self.velocity_m_s, innovation > T::zero());
-            if !upwards && !core::mem::replace(&mut self.below, true) {
+        if square_m2_s2 > self.limit_m2_s2 * (T::one() + flight.velocity_variance) {
+            let (before_m_s, upwards) = (flight.velocity_m_s, innovation > T::zero());
+            if !upwards && !core::mem::replace(&mut flight.below, true) {
                 return VibrometerEvent::Flight;
             }
             self.note_jump(if upwards { square_m2_s2 } else { -square_m2_s2 });
             let velocity = velocity * self.end_flight();
-            self.begin_flight(velocity);
+            self.flight = Flight::begun(velocity);
             let event = if upwards {
                 self.free_fall.begin(velocity, innovation);
                 self.jump_m_s = innovation;
                 VibrometerEvent::Impact { before_m_s, jump_m_s: innovation }
             } else {
-                self.note_fall(sample.taken_at, -innovation)
+                self.note_fall(at, -innovation)
             };
             self.judge();
             return event;
         }
-        self.below = false;
-        if self.samples < self.tuning.window_samples {
-            self.samples += T::one();
+        flight.below = false;
+        if flight.samples < tuning.window_samples {
+            flight.samples += T::one();
         }
-        let weight = T::one() / self.samples;
+        let weight = T::one() / flight.samples;
         let kept = T::one() - weight;
-        self.free_fall.take(since_s, self.velocity_m_s, innovation, weight);
+        self.free_fall.take(since_s, flight.velocity_m_s, innovation, weight);
         let correction_m_s = weight * innovation;
-        self.velocity_m_s += correction_m_s;
-        self.height_m += self.velocity_m_s * since_s;
-        self.drift_m_s += correction_m_s;
-        self.velocity_variance = kept * kept * self.velocity_variance + weight * weight;
+        flight.velocity_m_s += correction_m_s;
+        flight.height_m += flight.velocity_m_s * since_s;
+        flight.drift_m_s += correction_m_s;
+        flight.velocity_variance = kept * kept * flight.velocity_variance + weight * weight;
         VibrometerEvent::Flight
     }
 
@@ -350,7 +308,7 @@ impl<T: Real> ImpactDetector<T> {
             return VibrometerEvent::Rejected;
         }
         let before = self.newest.replace(taken_at);
-        self.begin_flight(velocity_m_s);
+        self.flight = Flight::begun(velocity_m_s);
         self.free_fall.begin(velocity_m_s, T::zero());
         VibrometerEvent::Gap(before.map_or(T::zero(), |before| taken_at.seconds_since(before)))
     }
@@ -391,18 +349,13 @@ impl<T: Real> ImpactDetector<T> {
     /// The same at another height, with another velocity.
     #[cfg(test)]
     pub(crate) fn moved(self, height_m: T, velocity_m_s: T) -> Self {
-        Self { velocity_m_s, height_m, ..self }
+        Self { flight: Flight { velocity_m_s, height_m, ..self.flight }, ..self }
     }
 
     /// The same after an impact of another jump.
     #[cfg(test)]
     pub(crate) fn struck(self, jump_m_s: T) -> Self {
         Self { jump_m_s, ..self }
-    }
-
-    fn begin_flight(&mut self, velocity_m_s: T) {
-        (self.velocity_m_s, self.samples, self.velocity_variance) = (velocity_m_s, T::one(), T::one());
-        (self.height_m, self.drift_m_s, self.below) = (T::zero(), T::zero(), false);
     }
 }
 

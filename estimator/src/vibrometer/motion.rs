@@ -77,7 +77,8 @@ pub(crate) struct MotionWatch<T> {
     changed_at: Time,
     /// The motion until then.
     history: MotionHistory,
-    applied: DriveCommand,
+    /// The drive that is really applied.
+    pub(crate) applied: DriveCommand,
     impact_mode: DriveMode,
     /// Until when the motion counts as that of mode B under another drive.
     mode_b_until: Time,
@@ -163,21 +164,17 @@ impl<T: Real> MotionWatch<T> {
 
     /// The sample without the bias that was learnt.
     pub(crate) fn corrected(&self, sample: &LdvSample) -> LdvSample {
-        LdvSample { velocity_m_s: sample.velocity_m_s - self.calibration.bias_m_s().to_f32(), ..*sample }
+        LdvSample { velocity_m_s: sample.velocity_m_s - self.calibration.bias_m_s.to_f32(), ..*sample }
     }
 
     /// Standard deviation of a sample in m/s, as described or as learnt.
     pub(crate) fn noise_m_s(&self) -> T {
-        self.calibration.noise_m_s()
-    }
-
-    pub(crate) fn driven_mode(&self) -> Option<DriveMode> {
-        self.applied.mode()
+        self.calibration.noise_m_s
     }
 
     /// The latest time of drive or vibrometer.
     pub(crate) fn clock(&self) -> Time {
-        self.rest.newest().map_or(self.drive_told_at, |newest| newest.max(self.drive_told_at))
+        self.rest.newest.map_or(self.drive_told_at, |newest| newest.max(self.drive_told_at))
     }
 
     /// Takes in a sample; whether it was used.
@@ -190,7 +187,7 @@ impl<T: Real> MotionWatch<T> {
         } else if self.lifeless() {
             return false;
         }
-        if let Some(newest) = self.rest.newest() {
+        if let Some(newest) = self.rest.newest {
             // The usual case: a little newer than the last sample, which the clock is not behind.
             let timely = sample.taken_at.nanos_soon_after(newest, CLOCK_TOLERANCE_NANOS).is_some();
             if !timely && self.mistimed(sample.taken_at, newest) {
@@ -227,8 +224,8 @@ impl<T: Real> MotionWatch<T> {
         let velocity_m_s = T::from_f32(velocity_m_s);
         // Written so that NaN is not learnt from.
         if velocity_m_s.abs() < T::one() && self.calibration.learn(velocity_m_s) {
-            let noise_m_s = self.calibration.noise_m_s();
-            self.rest.set_limit(quiet_m2_s2(noise_m_s * noise_m_s));
+            let noise_m_s = self.calibration.noise_m_s;
+            self.rest.quiet_m2_s2 = quiet_m2_s2(noise_m_s * noise_m_s);
         }
     }
 
@@ -253,11 +250,10 @@ impl<T: Real> MotionWatch<T> {
 
     fn motion_since(&self, now: Time) -> (Motion, Time) {
         match self.applied.mode() {
-            Some(DriveMode::C) if now < self.mode_b_until => {
-                (Motion::Impacted(DriveMode::B), self.changed_at)
+            Some(DriveMode::C) if now >= self.mode_b_until => {
+                (Motion::Impacted(DriveMode::C), self.changed_at.max(self.mode_b_until))
             }
-            Some(DriveMode::C) => (Motion::Impacted(DriveMode::C), self.changed_at.max(self.mode_b_until)),
-            Some(DriveMode::B) => (Motion::Impacted(DriveMode::B), self.changed_at),
+            Some(_) => (Motion::Impacted(DriveMode::B), self.changed_at),
             None => match self.quiet_since(now) {
                 NEVER => (Motion::Impacted(self.impact_mode), self.changed_at),
                 // A rotor that nothing has driven yet was quiet before it was found so.

@@ -33,26 +33,20 @@ pub(crate) struct MotionPiece {
     pub(crate) until: Time,
 }
 
-/// A piece that has ended. It began where the one before it ended.
-#[derive(Clone, Copy, Debug)]
-struct EndedPiece {
-    motion: Motion,
-    until: Time,
-}
-
 /// The pieces until the last change of the drive, by time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MotionHistory {
     /// The newest last. Those that end at time zero are none.
-    ended: [EndedPiece; ENDED_KEPT],
+    ended: [MotionPiece; ENDED_KEPT],
     /// The motion after them, until the present one begins.
     pub(super) before: Motion,
 }
 
 impl MotionHistory {
     pub(super) const fn none() -> Self {
-        let none = EndedPiece { motion: Motion::Impacted(DriveMode::B), until: Time::ZERO };
-        Self { ended: [none; ENDED_KEPT], before: none.motion }
+        let motion = Motion::Impacted(DriveMode::B);
+        let none = MotionPiece { motion, begun: Time::ZERO, until: Time::ZERO };
+        Self { ended: [none; ENDED_KEPT], before: motion }
     }
 
     /// Keeps a piece of `motion` that ends at `until`, if there is one between the last end and that.
@@ -68,12 +62,12 @@ impl MotionHistory {
         }
         if oldest.until > Time::ZERO {
             // The oldest two become one.
-            second.motion = oldest.motion.or_faster(second.motion);
+            (second.motion, second.begun) = (oldest.motion.or_faster(second.motion), oldest.begun);
         }
+        let ended = MotionPiece { motion, begun: newest.until, until };
         self.ended.copy_within(1.., 0);
-        if let Some(last) = self.ended.last_mut() {
-            *last = EndedPiece { motion, until };
-        }
+        let [.., newest] = &mut self.ended;
+        *newest = ended;
     }
 }
 
@@ -98,14 +92,9 @@ impl Motions<'_> {
 
     #[cold]
     fn earlier_piece(&self, at: Time) -> MotionPiece {
-        let mut begun = Time::ZERO;
-        for &EndedPiece { motion, until } in &self.history.ended {
-            if at < until {
-                return MotionPiece { motion, begun, until };
-            }
-            begun = until;
-        }
-        MotionPiece { motion: self.history.before, begun, until: self.since }
+        let MotionHistory { ended: ended @ [.., newest], before } = self.history;
+        let after = MotionPiece { motion: *before, begun: newest.until, until: self.since };
+        ended.iter().copied().find(|piece| at < piece.until).unwrap_or(after)
     }
 
     /// The motion from `from` to the present: quiet only if all of it was quiet.

@@ -77,19 +77,14 @@ pub(crate) struct NextImpactTuning<T> {
 impl<T: Real> NextImpactTuning<T> {
     /// For a motor of `params` with the mean square `c_u^2` of a kick per that of its jump and the approach per jump
     /// `p`, under a vibrometer whose samples are at most `gap_nanos` apart.
-    pub(crate) fn new(
-        params: &MotorParams,
-        kick_per_jump_rad2_m2: f64,
-        approach_per_jump: f64,
-        gap_nanos: u64,
-    ) -> Self {
+    pub(crate) fn new(params: &MotorParams, kick_rad2_m2: f64, approach: f64, gap_nanos: u32) -> Self {
         let tau = core::f64::consts::TAU;
         let swing = |amplitude, frequency| {
             let amplitude_m = params.get(amplitude);
             let rise2_m_s = tau * amplitude_m * tau * params.get(frequency);
             Swing {
                 reach_m: T::from_f64(REACH_PER_AMPLITUDE * amplitude_m),
-                jump2_per_fall_m_s: T::from_f64(rise2_m_s / (approach_per_jump * approach_per_jump)),
+                jump2_per_fall_m_s: T::from_f64(rise2_m_s / (approach * approach)),
             }
         };
         let period_s = 1.0 / params.get(Parameter::ModeBFrequency);
@@ -98,9 +93,9 @@ impl<T: Real> NextImpactTuning<T> {
                 swing(Parameter::ModeBToothAmplitude, Parameter::ModeBFrequency),
                 swing(Parameter::ModeCToothAmplitude, Parameter::ModeCFrequency),
             ],
-            kick_per_jump_rad2_m2: T::from_f64(kick_per_jump_rad2_m2),
+            kick_per_jump_rad2_m2: T::from_f64(kick_rad2_m2),
             fall_in_a_period_m_s: T::from_f64(params.get(Parameter::Gravity) * period_s),
-            ahead_nanos: gap_nanos.max(AHEAD_NANOS),
+            ahead_nanos: AHEAD_NANOS.max(gap_nanos.into()),
         }
     }
 
@@ -112,7 +107,7 @@ impl<T: Real> NextImpactTuning<T> {
         drive: DriveCommand,
         taken: bool,
     ) -> UnseenImpacts<'a, T> {
-        let newest = detector.newest().filter(|_| taken && !detector.has_fault());
+        let newest = detector.newest.filter(|_| taken && !detector.has_fault());
         let (known_until, believed_nanos) =
             newest.map_or((Time::ZERO, 0), |newest| (newest, self.ahead_nanos));
         UnseenImpacts { tuning: self, detector, drive, known_until, believed_nanos }
@@ -130,12 +125,11 @@ impl<T: Real> NextImpactTuning<T> {
 
     /// `q`: intensity of the kicks of a rotor within reach, in the flight of `detector` under `drive`, in rad^2/s^3.
     fn intensity_rad2_s3(&self, detector: &ImpactDetector<T>, drive: DriveCommand) -> T {
-        let (velocity_m_s, jump_m_s) = (detector.velocity_m_s(), detector.jump_m_s());
+        let (velocity_m_s, jump_m_s) = (detector.flight.velocity_m_s, detector.jump_m_s);
         let fall_m_s = velocity_m_s.abs() + self.fall_in_a_period_m_s;
         let by_fall_m2_s2 = self.swing(drive).jump2_per_fall_m_s * T::from_f32(drive.amplitude()) * fall_m_s;
         let kick_rad2_s2 = self.kick_per_jump_rad2_m2 * (jump_m_s * jump_m_s + by_fall_m2_s2);
-        let most_rad2_s2 = T::from_f64(KICK_MAX_RAD2_S2);
-        T::from_f64(IMPACTS_PER_S) * if kick_rad2_s2 < most_rad2_s2 { kick_rad2_s2 } else { most_rad2_s2 }
+        T::from_f64(IMPACTS_PER_S) * kick_rad2_s2.at_most(T::from_f64(KICK_MAX_RAD2_S2))
     }
 }
 
@@ -176,10 +170,10 @@ impl<T: Real> UnseenImpacts<'_, T> {
     fn may_come(&self, at: Time) -> Wandering<T> {
         let Self { tuning, detector, drive, known_until, believed_nanos } = *self;
         let believed_until = known_until.plus_nanos(believed_nanos);
-        let above_m = detector.height_m() - tuning.reach_m(drive);
+        let above_m = detector.flight.height_m - tuning.reach_m(drive);
         let low = above_m < T::zero();
         let crosses_at =
-            nanos_to_cross(above_m, detector.velocity_m_s()).map(|nanos| known_until.plus_nanos(nanos));
+            nanos_to_cross(above_m, detector.flight.velocity_m_s).map(|nanos| known_until.plus_nanos(nanos));
         let (within_reach, until) = match crosses_at {
             Some(crosses_at) if at < crosses_at => (low, crosses_at.min(believed_until)),
             Some(_) => (!low, believed_until),
@@ -307,7 +301,7 @@ pub(crate) mod tests {
         assert!(tuning.unseen(&detector, drive, false).wandering(NEWEST).is_none());
         let mut unfit = detector;
         unfit.set_noise(1.0);
-        assert_eq!(unfit.fault(), Some(crate::Reason::VibrometerUnfit));
+        assert_eq!(unfit.fault, Some(crate::Reason::VibrometerUnfit));
         assert!(tuning.unseen(&unfit, drive, true).wandering(NEWEST).is_none());
     }
 

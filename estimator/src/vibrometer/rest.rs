@@ -13,11 +13,10 @@
 //! A quiet rotor may still slide: friction stops it within `rate J / (mu m_r g R_t)`, 25 ms from the highest rates. So
 //! the filter, which knows the rate, concludes rest; this module only finds whether the rotor is quiet.
 
-use motor_model::{DriveMode, MotorParams, Parameter, Real, Time, math};
+use motor_model::{DriveMode, MotorParams, Parameter, Real, Time};
 
-use crate::instruments::{Instruments, VibrometerDescription};
-use crate::measurement::LdvSample;
 use crate::settling::settling_nanos;
+use crate::{Instruments, LdvSample, VibrometerDescription};
 
 /// Time over which the mean square is taken, in s.
 const WINDOW_S: f64 = 1e-3;
@@ -84,11 +83,10 @@ impl<T: Real> RestTuning<T> {
     /// For a motor of `params` under `instruments`.
     pub fn new(params: &MotorParams, instruments: &Instruments) -> Self {
         let vibrometer = instruments.vibrometer.unwrap_or_default();
-        let sd_m_s = vibrometer.sample_sd_m_s();
         Self {
             window_samples: T::from_f64((WINDOW_S / vibrometer.period_s()).max(WINDOW_SAMPLES_MIN)),
-            quiet_m_s: T::from_f64(math::sqrt(quiet_m2_s2(sd_m_s * sd_m_s))),
-            noise_m_s: T::from_f64(sd_m_s),
+            quiet_m_s: T::from_f64(vibrometer.quiet_m_s()),
+            noise_m_s: T::from_f64(vibrometer.sample_sd_m_s()),
             gravity_m_s2: T::from_f64(params.get(Parameter::Gravity)),
             equal_samples: equal_samples(&vibrometer),
             fitted: instruments.vibrometer.is_some(),
@@ -110,15 +108,17 @@ fn equal_samples(vibrometer: &VibrometerDescription) -> u16 {
 }
 
 /// Finds whether the rotor is quiet.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RestDetector<T> {
     weight: T,
-    quiet_m2_s2: T,
+    /// Mean square below which the rotor counts as quiet.
+    pub(super) quiet_m2_s2: T,
     limit_m_s: T,
     mean_square_m2_s2: T,
     /// Square of the last sample.
     last_m2_s2: T,
-    newest: Option<Time>,
+    /// When the newest sample used was taken.
+    pub(super) newest: Option<Time>,
     quiet_since: Option<Time>,
 }
 
@@ -132,19 +132,8 @@ impl<T: Real> RestDetector<T> {
             limit_m_s: tuning.limit_m_s,
             // Starts well above the limit, so that the first quiet takes several windows.
             mean_square_m2_s2: T::from_f64(100.0) * quiet_m2_s2,
-            last_m2_s2: T::zero(),
-            newest: None,
-            quiet_since: None,
+            ..Self::default()
         }
-    }
-
-    pub(crate) fn newest(&self) -> Option<Time> {
-        self.newest
-    }
-
-    /// Counts a rotor as quiet below a mean square of this from now on.
-    pub(crate) fn set_limit(&mut self, quiet_m2_s2: T) {
-        self.quiet_m2_s2 = quiet_m2_s2;
     }
 
     /// Takes in a sample that is newer than the last. One that is not finite or too fast is dropped. Returns whether it
@@ -158,14 +147,11 @@ impl<T: Real> RestDetector<T> {
         }
         self.newest = Some(sample.taken_at);
         let square_m2_s2 = velocity * velocity;
-        let slower_m2_s2 = if square_m2_s2 < self.last_m2_s2 { square_m2_s2 } else { self.last_m2_s2 };
+        let slower_m2_s2 = square_m2_s2.at_most(self.last_m2_s2);
         self.last_m2_s2 = square_m2_s2;
         self.mean_square_m2_s2 += self.weight * (slower_m2_s2 - self.mean_square_m2_s2);
-        if self.mean_square_m2_s2 < self.quiet_m2_s2 {
-            self.quiet_since = self.quiet_since.or(Some(sample.taken_at));
-        } else {
-            self.quiet_since = None;
-        }
+        self.quiet_since =
+            (self.mean_square_m2_s2 < self.quiet_m2_s2).then(|| self.quiet_since.unwrap_or(sample.taken_at));
         true
     }
 

@@ -113,10 +113,6 @@ macro_rules! angle_filter_in {
                 self.get().smoothed(at)
             }
 
-            fn health(&self, now: Time) -> Health {
-                self.get().health(now)
-            }
-
             fn assess_for(&self, now: Time, instant: Time) -> (Option<Estimate<$precision>>, Health) {
                 self.get().assess_for(now, instant)
             }

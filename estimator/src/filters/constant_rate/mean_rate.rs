@@ -35,24 +35,17 @@ impl<T: Real> MeanRates<T> {
     }
 
     pub(super) fn note_drive(&mut self, mode: Option<DriveMode>) {
-        if self.driven.is_some_and(|(driven, _)| mode != Some(driven)) {
-            self.driven = None;
-        }
+        self.driven = self.driven.filter(|(driven, _)| mode == Some(*driven));
     }
 
     /// Learns from a frame, while `mode` is driven. The rate is at its mean from `settled_at` on.
     pub(super) fn note_frame(&mut self, frame: &Innovation<T>, mode: Option<DriveMode>, settled_at: Time) {
-        let since = self.driven.replace((mode.unwrap_or(DriveMode::B), frame.taken_at));
-        if mode.is_none() || frame.verdict == Verdict::Restarted {
-            self.driven = None;
-        }
+        let driven = mode.filter(|_| frame.verdict != Verdict::Restarted).map(|mode| (mode, frame.taken_at));
+        let since = core::mem::replace(&mut self.driven, driven);
         let (Some((driven, from)), Verdict::Used) = (since, frame.verdict) else { return };
         let seconds: T = frame.taken_at.seconds_since(from);
         let [b, c] = &mut self.rad_s;
-        let mean = match driven {
-            DriveMode::B => b,
-            DriveMode::C => c,
-        };
+        let mean = if driven == DriveMode::B { b } else { c };
         if seconds > T::zero() && from >= settled_at {
             let learnt = *mean + T::from_f64(WEIGHT) * frame.innovation_rad / seconds;
             // Written so that NaN is not learnt.

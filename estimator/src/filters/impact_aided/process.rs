@@ -16,7 +16,7 @@ use crate::vibrometer::next_impact::UnseenImpacts;
 const FRICTION_PART2: f64 = 0.04;
 
 /// What an impact does to the rate.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ImpactKick<T> {
     pub(super) at: Time,
     /// Rate of the tooth, towards which friction drives the rotor, in rad/s.
@@ -31,26 +31,17 @@ pub(super) struct ImpactKick<T> {
 
 impl<T: Real> ImpactKick<T> {
     pub(super) fn unknown(at: Time, variance_rad2_s2: T) -> Self {
-        Self {
-            at,
-            tooth_rate_rad_s: T::zero(),
-            half_width_rad_s: T::one(),
-            kick_max_rad_s: T::zero(),
-            variance_rad2_s2,
-        }
+        Self { at, half_width_rad_s: T::one(), variance_rad2_s2, ..Self::default() }
     }
 
     pub(super) fn apply<B: TrackCovariance<T>>(&self, state: &mut State<T, B>) {
         if self.kick_max_rad_s > T::zero() {
-            let kick = KickMoments::new(
-                self.tooth_rate_rad_s - state.rate_rad_s,
-                self.half_width_rad_s,
-                self.kick_max_rad_s,
-            );
+            let (width, limit) = (self.half_width_rad_s, self.kick_max_rad_s);
+            let kick = KickMoments::new(self.tooth_rate_rad_s - state.rate_rad_s, width, limit);
             let square = |x: T| x * x;
             let variance = kick.scatter
-                + square(kick.per_slip * self.half_width_rad_s) * T::from_f64(1.0 / 3.0)
-                + square(kick.per_limit * self.kick_max_rad_s) * T::from_f64(FRICTION_PART2)
+                + square(kick.per_slip * width) * T::from_f64(1.0 / 3.0)
+                + square(kick.per_limit * limit) * T::from_f64(FRICTION_PART2)
                 + self.variance_rad2_s2;
             state.rate_rad_s += kick.mean;
             state.covariance.kick_rate(T::one() - kick.per_slip, variance);
@@ -121,7 +112,9 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
         if at > self.unseen.known_until && !self.unseen.covers(at) {
             return self.tuning.constant_rate.random_walk.jitter(motion);
         }
-        let undone = motion.of(Jitter::none(), self.tuning.jitter_c, Jitter::none());
+        // The part of the kicks under mode C that the next kick undoes.
+        let of_c = Jitter { angle_rad2: T::from_f64(4e-10), rate_rad2_s2: T::from_f64(1.2e-3) };
+        let undone = motion.of(Jitter::none(), of_c, Jitter::none());
         self.tuning.between_samples(motion, at, self.unseen.known_until).plus(undone)
     }
 }

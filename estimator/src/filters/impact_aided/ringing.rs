@@ -85,12 +85,11 @@ impl<T: Real> RingingTuning<T> {
         let (b, c) = (lever_per_radius * cos_b / sin_b, -lever_per_radius * sin / cos);
         let ratio = params.mass_ratio();
         let [part_a, _, part_c] = params.mass_fractions();
-        let a_hertz = get(Parameter::ModeAFrequency);
         let a_decay = get(Parameter::ModeADamping) / (2.0 * (part_a * get(Parameter::StatorMass)));
         let c_hertz = get(Parameter::ModeCFrequency);
         let c_decay = get(Parameter::ModeCDampingRatio) * tau * c_hertz;
         Self {
-            a: FreeMode::new(a_hertz, a_decay, ratio / part_a),
+            a: FreeMode::new(get(Parameter::ModeAFrequency), a_decay, ratio / part_a),
             c: FreeMode::new(c_hertz, c_decay, ratio / part_c * cos * cos),
             b_phase_per_nano: Phase::from_turns(1e-9 * get(Parameter::ModeBFrequency)),
             b_turn_per_rise_rad_m: T::from_f64(b),
@@ -129,8 +128,7 @@ impl<T: Real> Ringing<T> {
         rise_m_s: T,
         jump_m_s: T,
     ) -> ToothRate<T> {
-        let nanos = at.nanos_since(self.at);
-        let seconds = at.seconds_since(self.at);
+        let (nanos, seconds) = (at.nanos_since(self.at), at.seconds_since(self.at));
         self.at = at;
         self.a = tuning.a.after(self.a, nanos, seconds);
         self.c = tuning.c.after(self.c, nanos, seconds);

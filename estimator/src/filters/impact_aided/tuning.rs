@@ -2,13 +2,8 @@
 
 use motor_model::{MotorParams, Parameter, Real, Time, math};
 
-use crate::camera::process::Jitter;
-use crate::filters::constant_rate::ConstantRateTuning;
-use crate::filters::impact_aided::ringing::RingingTuning;
-use crate::instruments::Instruments;
-use crate::vibrometer::impact_detector::ImpactDetectorTuning;
-use crate::vibrometer::motion::Motion;
 use crate::vibrometer::next_impact::NextImpactTuning;
+use crate::{ConstantRateTuning, ImpactDetectorTuning, Instruments, Jitter, Motion, RingingTuning};
 
 /// Process noise by impacts below a threshold of 1 mm/s, in modes B and C, in rad^2/s^3.
 const MISSED_RAD2_S3: [f64; 2] = [0.04, 4.0];
@@ -40,10 +35,6 @@ pub struct ImpactAidedTuning<T> {
     pub(crate) unexplained: T,
     /// Process noise between impacts under modes B and C by impacts below the detector's threshold, in rad^2/s^3.
     pub(crate) missed_rad2_s3: [T; 2],
-    /// The part of the kicks under mode C that the next kick undoes.
-    pub(crate) jitter_c: Jitter<T>,
-    /// Intensity of the kicks in modes B and C, in rad^2/s^3.
-    pub(crate) kicks_rad2_s3: [T; 2],
     /// What the impacts do that no sample has shown yet.
     pub(crate) next_impact: NextImpactTuning<T>,
     /// Time between two samples of the vibrometer, in ns.
@@ -71,8 +62,6 @@ impl<T: Real> ImpactAidedTuning<T> {
             unexplained_b: T::from_f64(0.126),
             unexplained: T::from_f64(UNEXPLAINED),
             missed_rad2_s3: MISSED_RAD2_S3.map(T::from_f64),
-            jitter_c: Jitter { angle_rad2: T::from_f64(4e-10), rate_rad2_s2: T::from_f64(1.2e-3) },
-            kicks_rad2_s3: KICKS_RAD2_S3.map(T::from_f64),
             next_impact: NextImpactTuning::new(
                 params,
                 UNEXPLAINED * kick * kick,
@@ -98,7 +87,7 @@ impl<T: Real> ImpactAidedTuning<T> {
 
     #[cold]
     fn before_newest(&self, motion: Motion, before_newest_nanos: u64) -> Jitter<T> {
-        let [of_b, of_c] = self.kicks_rad2_s3;
+        let [of_b, of_c] = KICKS_RAD2_S3.map(T::from_f64);
         let rate_rad2_s3 = motion.of(of_b, of_c, T::zero());
         let since_nanos = match before_newest_nanos.checked_rem(self.sample_period_nanos) {
             None | Some(0) => 0,
@@ -120,13 +109,9 @@ impl<T: Real> ImpactAidedTuning<T> {
         if wider > T::from_f64(1.001) {
             let volume = wider * wider * wider;
             let walk = &self.constant_rate.random_walk;
-            let most = [walk.impacted_b_rad2_s3, walk.impacted_c_rad2_s3];
-            for (missed, (at_default, most)) in
-                self.missed_rad2_s3.iter_mut().zip(MISSED_RAD2_S3.into_iter().zip(most))
-            {
-                let larger = T::from_f64(at_default) * volume;
-                *missed = if larger < most { larger } else { most };
-            }
+            let [of_b, of_c] = MISSED_RAD2_S3.map(|at_default| T::from_f64(at_default) * volume);
+            self.missed_rad2_s3 =
+                [of_b.at_most(walk.impacted_b_rad2_s3), of_c.at_most(walk.impacted_c_rad2_s3)];
         }
         self
     }

@@ -88,7 +88,7 @@ impl<T: Real> TwinFilter<T> {
 
     /// Refines the last impact's jump once `least` samples have come since.
     pub(super) fn refine_jump_after(&mut self, least: T) {
-        let flight = self.detector.flight();
+        let flight = self.detector.flight;
         if let Some(first) = self.unrefined_jump
             && flight.samples >= least
         {
@@ -133,7 +133,7 @@ mod tests {
         for samples in [2.0, 4.0, 20.0] {
             let (first_m_s, drift_m_s) = (0.2, 3e-4);
             let first = Uncertain { value: first_m_s, variance: sample_m2_s2 * (1.0 + 1.0 / before) };
-            let flight = Flight { drift_m_s, samples, velocity_variance: 1.0 / samples };
+            let flight = Flight { drift_m_s, samples, velocity_variance: 1.0 / samples, ..Flight::default() };
             let again = second_measurement(first, &flight, sample_m2_s2);
             let gain = first.variance / (first.variance + again.variance);
             let jump_m_s = first.value + gain * (again.value - first.value);

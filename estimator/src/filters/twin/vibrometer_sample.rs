@@ -117,7 +117,7 @@ mod tests {
         (filter.last_sample_m_s, filter.drive) = (-0.02, DriveCommand::OFF);
         filter.stator_follows = false;
         let event = VibrometerEvent::Impact { before_m_s: -0.04, jump_m_s: 0.09 };
-        let flight = filter.detector.flight();
+        let flight = filter.detector.flight;
         filter.act_on(&sample(1000, 0.05), event, &flight, 5e-6);
         let expected = 5e-6 * 0.5 * (-0.02 - 0.04);
         assert!((filter.stator.height_m - expected).abs() < 1e-15, "{:e}", filter.stator.height_m);
@@ -133,7 +133,7 @@ mod tests {
         (0..200).for_each(|_| filter.regime.note(threshold_m_s, 0.0, threshold_m_s));
         (filter.stator_follows, filter.misfit) = (false, MisfitMonitor::on_probation());
         assert!(filter.regime.is_riding());
-        let flight = filter.detector.flight();
+        let flight = filter.detector.flight;
         filter.act_on(&sample(1_000_000, 0.0), VibrometerEvent::Flight, &flight, 5e-6);
         assert!(filter.stator_follows && filter.misfit == MisfitMonitor::trusted());
         assert!(filter.regime == RegimeDetector::new());
@@ -147,7 +147,7 @@ mod tests {
             filter.drive(Time::from_micros(1000), DriveCommand::OFF);
             filter.update_camera(&CameraFrame::new(Time::from_micros(1000), Angle::ZERO));
             filter.drive(Time::from_micros(1001), DriveCommand::full(DriveMode::B));
-            let flight = filter.detector.flight();
+            let flight = filter.detector.flight;
             filter.act_on(&sample(2000, 0.0), VibrometerEvent::Gap(seconds), &flight, 5e-6);
             let expected = counted_s * filter.tuning.constant_rate.random_walk.impacted_b_rad2_s3;
             let own = filter.kicks.back().unwrap().unknown_rad2_s2;

@@ -68,20 +68,13 @@ const LEAST_SCALE: f64 = 0.1;
 const DAMPING_LEAST_PER_S: f64 = 1.0;
 
 /// A symmetric matrix of two rows, and a vector.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Sums<T> {
     scale: T,
     both: T,
     damping: T,
     by_scale: T,
     by_damping: T,
-}
-
-impl<T: Real> Sums<T> {
-    fn zero() -> Self {
-        let o = T::zero();
-        Self { scale: o, both: o, damping: o, by_scale: o, by_damping: o }
-    }
 }
 
 /// What a flight has taught.
@@ -94,11 +87,11 @@ pub(super) struct Taught<T> {
 }
 
 /// The two states, and the sums of the flight that goes on.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct FreeFall<T> {
     gravity_m_s2: T,
-    /// Information of the prior.
-    prior: [T; 2],
+    /// Information of the prior: of the scale, of both, of the damping.
+    prior: [T; 3],
     /// Information of the flights before this one, with that of the prior.
     information: [T; 3],
     /// Sums over this flight, of `tau^2 (1, v, v^2)` and `-tau i (1, v)`.
@@ -112,30 +105,18 @@ pub(super) struct FreeFall<T> {
     recent_square_m2_s2: T,
     /// Sum of the corrections of the scale over the last flights.
     moved: T,
-    wrong: bool,
+    /// Whether the scale in use has been wrong and is not proven since.
+    pub(super) wrong: bool,
 }
 
 impl<T: Real> FreeFall<T> {
     /// Nothing known beside the prior, of a rotor that falls by `gravity_m_s2` and has a nominal damping of
     /// `damping_per_s`.
     pub(super) fn new(gravity_m_s2: T, damping_per_s: T) -> Self {
-        let damping = damping_per_s * T::from_f64(DAMPING_PRIOR);
-        let least = T::from_f64(DAMPING_LEAST_PER_S);
-        let damping = if damping > least { damping } else { least };
-        let prior = [T::from_f64(1.0 / (SCALE_PRIOR * SCALE_PRIOR)), T::one() / (damping * damping)];
-        let [scale, damping] = prior;
-        Self {
-            gravity_m_s2,
-            prior,
-            information: [scale, T::zero(), damping],
-            flight: Sums::zero(),
-            lag_s: T::zero(),
-            counts_above_m_s: None,
-            recent_product_m2_s2: T::zero(),
-            recent_square_m2_s2: T::zero(),
-            moved: T::zero(),
-            wrong: false,
-        }
+        let damping = (damping_per_s * T::from_f64(DAMPING_PRIOR)).at_least(T::from_f64(DAMPING_LEAST_PER_S));
+        let scale = T::from_f64(1.0 / (SCALE_PRIOR * SCALE_PRIOR));
+        let prior = [scale, T::zero(), T::one() / (damping * damping)];
+        Self { gravity_m_s2, prior, information: prior, ..Self::default() }
     }
 
     /// A flight begins at `velocity_m_s`, after a jump of `jump_m_s`.
@@ -169,15 +150,14 @@ impl<T: Real> FreeFall<T> {
     /// The flight has ended, of samples with the variance `sample_m2_s2`. What it has taught, if it counted.
     pub(super) fn end(&mut self, sample_m2_s2: T) -> Option<Taught<T>> {
         self.counts_above_m_s = None;
-        let flight = core::mem::replace(&mut self.flight, Sums::zero());
+        let flight = core::mem::take(&mut self.flight);
         let finite = is_finite(flight.by_scale + flight.by_damping);
         let counted = finite && flight.scale > T::zero() && sample_m2_s2 > T::zero();
         if !counted {
             return None;
         }
-        let taught =
-            self.jump(&flight, sample_m2_s2).or_else(|| self.update(&flight, T::one() / sample_m2_s2));
-        taught
+        self.jump(&flight, sample_m2_s2)
+            .or_else(|| self.update(&flight, T::one() / sample_m2_s2))
             .filter(|taught| taught.scale > T::from_f64(LEAST_SCALE) && taught.damping_per_s.abs() <= T::MAX)
     }
 
@@ -201,8 +181,7 @@ impl<T: Real> FreeFall<T> {
         }
         let jumped = slope.abs() > T::from_f64(WRONG);
         jumped.then(|| {
-            let [scale, damping] = self.prior;
-            self.information = [scale, T::zero(), damping];
+            self.information = self.prior;
             (self.recent_product_m2_s2, self.recent_square_m2_s2) = (T::zero(), T::zero());
             self.wrong = true;
             Taught { scale: T::one() + slope, damping_per_s: T::zero() }
@@ -213,7 +192,7 @@ impl<T: Real> FreeFall<T> {
     fn update(&mut self, flight: &Sums<T>, per_variance: T) -> Option<Taught<T>> {
         let (g, kept) = (self.gravity_m_s2, T::from_f64(1.0 - 1.0 / FLIGHTS));
         let forgotten = T::one() - kept;
-        let ([p_scale, p_damping], [i_scale, i_both, i_damping]) = (self.prior, self.information);
+        let ([p_scale, _, p_damping], [i_scale, i_both, i_damping]) = (self.prior, self.information);
         let scale = kept * i_scale + forgotten * p_scale + g * g * flight.scale * per_variance;
         let both = kept * i_both + g * flight.both * per_variance;
         let damping = kept * i_damping + forgotten * p_damping + flight.damping * per_variance;
@@ -234,11 +213,5 @@ impl<T: Real> FreeFall<T> {
     pub(super) fn scale_variance(&self) -> T {
         let [scale, both, damping] = self.information;
         damping / (scale * damping - both * both)
-    }
-
-    /// Whether the scale in use has been wrong and is not proven since.
-    #[inline]
-    pub(super) fn is_wrong(&self) -> bool {
-        self.wrong
     }
 }

@@ -59,7 +59,7 @@ impl Bouncing {
                 self.detector.observe(&scaled);
             }
             self.bounces += 1;
-            if self.detector.fault() == Some(Reason::VibrometerScale) {
+            if self.detector.fault == Some(Reason::VibrometerScale) {
                 told = Some((told.map_or(bounce, |(first, _)| first), bounce));
             }
         }
@@ -148,7 +148,7 @@ fn law_sustained_contact_teaches_nothing() {
         detector.observe(&sample(n, 2e-4 * noise));
     }
     assert_eq!(detector.scale.to_bits(), 1.0_f64.to_bits());
-    assert_eq!(detector.fault(), None);
+    assert_eq!(detector.fault, None);
 }
 
 /// Q(3) = 1.350e-3 on the upper side, in half a million samples of flight: 675, standard deviation 26.
@@ -228,10 +228,10 @@ fn law_old_samples_change_nothing_and_falls_are_no_impacts() {
     let mut detector = ImpactDetector::new(tuning(5.0));
     assert_eq!(detector.observe(&sample(1, 0.0)), VibrometerEvent::Gap(0.0));
     assert_eq!(detector.observe(&sample(2, 0.0)), VibrometerEvent::Flight);
-    let before = detector.velocity_m_s;
+    let before = detector.flight.velocity_m_s;
     assert_eq!(detector.observe(&sample(2, 0.5)), VibrometerEvent::Rejected, "a duplicate");
     assert_eq!(detector.observe(&sample(1, 0.5)), VibrometerEvent::Rejected, "out of order");
-    assert!((detector.velocity_m_s - before).abs() <= 0.0);
+    assert!((detector.flight.velocity_m_s - before).abs() <= 0.0);
     assert_eq!(detector.observe(&sample(3, -0.5)), VibrometerEvent::Flight);
     let event = detector.observe(&sample(4, -0.5));
     assert!(matches!(event, VibrometerEvent::Fall { drop_m_s } if (drop_m_s - 0.5).abs() < 1e-3));
@@ -248,7 +248,7 @@ fn exact_a_fall_shows_that_samples_were_wrong() {
     let mut detector = ImpactDetector::new(tuning);
     let mut observe = |n: u64| {
         let wrong = if (100..103).contains(&n) { 0.1 } else { 0.0 };
-        (detector.observe(&sample(n, flight(&tuning, 0.05, n) + wrong)), detector.fault())
+        (detector.observe(&sample(n, flight(&tuning, 0.05, n) + wrong)), detector.fault)
     };
     for n in 1..=104 {
         let (event, fault) = observe(n);
@@ -282,7 +282,7 @@ fn law_a_single_fall_is_no_wrong_sign_and_a_small_one_nothing() {
             let fallen = if n < 100 { 0.0 } else { drop_m_s };
             detector.observe(&sample(n, flight(&tuning, 0.05, n) - fallen));
         }
-        detector.fault()
+        detector.fault
     };
     assert_eq!(after(0.11), Some(Reason::VibrometerErratic));
     assert_eq!(after(0.004), None);
@@ -310,7 +310,7 @@ fn exact_a_wrong_sign_is_told_by_the_second_fall() {
         for n in 0..1600 {
             detector.observe(&sample(1600 * bounce + n + 1, -flight(&tuning, 0.04, n)));
         }
-        detector.fault()
+        detector.fault
     });
     assert_eq!(told, [None, Some(Reason::VibrometerErratic), Some(Reason::VibrometerInverted)]);
 }
@@ -328,15 +328,15 @@ fn exact_height_and_jump_are_those_of_the_last_flight() {
         detector.observe(&sample(n + 201, flight(&tuning, 0.02, n)));
     }
     let jump_m_s = 0.02 - flight(&tuning, -0.01, 200);
-    assert!((detector.jump_m_s() - jump_m_s).abs() < 1e-6, "{} {jump_m_s}", detector.jump_m_s());
+    assert!((detector.jump_m_s - jump_m_s).abs() < 1e-6, "{} {jump_m_s}", detector.jump_m_s);
     let terminal = tuning.gravity_m_s2 / tuning.damping_per_s;
     let duration_s = 200.0 * 5e-6;
     let kept = (-tuning.damping_per_s * duration_s).exp();
     let height_m = (0.02 + terminal) * (1.0 - kept) / tuning.damping_per_s - terminal * duration_s;
     // The sum of 200 samples is off by half of one step of the velocity's change in them.
     let off_m = 0.5 * 5e-6 * (0.02 - flight(&tuning, 0.02, 200)) + 1e-9;
-    assert!((detector.height_m() - height_m).abs() < off_m, "{} {height_m}", detector.height_m());
+    assert!((detector.flight.height_m - height_m).abs() < off_m, "{} {height_m}", detector.flight.height_m);
     detector.observe(&sample(402, 0.05));
     let jump_m_s = 0.05 - flight(&tuning, 0.02, 201);
-    assert!(detector.height_m().abs() < 1e-12 && (detector.jump_m_s() - jump_m_s).abs() < 1e-6);
+    assert!(detector.flight.height_m.abs() < 1e-12 && (detector.jump_m_s - jump_m_s).abs() < 1e-6);
 }
