@@ -82,13 +82,6 @@ struct Score<T> {
     weighted_innovation: [T; 2],
 }
 
-impl<T: Real> Score<T> {
-    /// Determinant of the innovation's covariance, in m^4/s^2.
-    fn determinant(&self) -> T {
-        self.innovation.gap_m2 * self.innovation.approach_m2_s2
-    }
-}
-
 impl<T: Real> StatorFilter<T> {
     /// The pair that the impact is associated with, linearised near the errors that the impact implies. It is `told` the
     /// filter, or else `None`. The impact is noise when its misfit exceeds that of noise by `noise_log_odds`.
@@ -104,7 +97,9 @@ impl<T: Real> StatorFilter<T> {
     ) -> Result<Association<T>, UnassociatedImpact<T>> {
         let [of_zero, of_one] = [0, 1].map(|pair| self.linearise(pair, impact, &Row::zeros()));
         let (zero, one) = (self.score(&of_zero), self.score(&of_one));
-        let surplus = zero.misfit - one.misfit + natural_log(zero.determinant() / one.determinant());
+        // Of the innovation's covariance, in m^4/s^2.
+        let determinant = |score: &Score<T>| score.innovation.gap_m2 * score.innovation.approach_m2_s2;
+        let surplus = zero.misfit - one.misfit + natural_log(determinant(&zero) / determinant(&one));
         let is_first = told.map_or(surplus <= T::zero(), |pair| pair == 0);
         let (mut hypothesis, better) = if is_first { (of_zero, zero) } else { (of_one, one) };
         let pair = hypothesis.pair;
@@ -155,7 +150,7 @@ impl<T: Real> StatorFilter<T> {
     fn score(&self, hypothesis: &PairHypothesis<T>) -> Score<T> {
         let PairHypothesis { measurements: [gap, approach], variances, .. } = hypothesis;
         let [[gap_m2, both], [_, approach_m2_s2]] = *variances;
-        let second_order = self.second_order(&[(gap, gap_m2), (approach, approach_m2_s2)]);
+        let second_order = self.second_order(hypothesis);
         let [second_order_m2, second_order_m2_s2] = second_order;
         let innovation_m2 = gap.noise + second_order_m2 + gap_m2;
         let per_gap = T::one() / innovation_m2;
@@ -216,13 +211,11 @@ impl<T: Real> StatorFilter<T> {
         self.covariance.weights.get(INSTANT).copied().unwrap_or_default()
     }
 
-    /// Variances of the second-order terms of gap and approach, whose own variances are given: an error of the instant
-    /// times one of the speed or of the acceleration.
-    fn second_order(
-        &self,
-        [(gap, gap_m2), (approach, approach_m2_s2)]: &[(&ContactMeasurement<T>, T); 2],
-    ) -> [T; 2] {
-        let instant_s2 = self.instant_s2();
+    /// Variances of the second-order terms of gap and approach: an error of the instant times one of the speed or of the
+    /// acceleration.
+    fn second_order(&self, hypothesis: &PairHypothesis<T>) -> [T; 2] {
+        let PairHypothesis { measurements: [gap, approach], variances, .. } = hypothesis;
+        let ([[gap_m2, _], [_, approach_m2_s2]], instant_s2) = (*variances, self.instant_s2());
         let beside_instant = |measurement: &ContactMeasurement<T>, variance: T| {
             let by_instant = entry(&measurement.row, INSTANT);
             not_negative(variance - by_instant * by_instant * instant_s2)
@@ -230,8 +223,8 @@ impl<T: Real> StatorFilter<T> {
         let [_, _, stiffest] = &self.oscillators;
         let per_s4 = stiffest.stiffness_per_s2 * stiffest.stiffness_per_s2;
         [
-            beside_instant(approach, *approach_m2_s2) * instant_s2,
-            beside_instant(gap, *gap_m2) * per_s4 * instant_s2,
+            beside_instant(approach, approach_m2_s2) * instant_s2,
+            beside_instant(gap, gap_m2) * per_s4 * instant_s2,
         ]
     }
 }

@@ -38,8 +38,7 @@ impl<T: Real> StatorFilter<T> {
         let blocks = Blocks2([Matrix2::identity(), a, b, c]);
         let [jump, instant] = left.map(|left| NoiseSource { gain: blocks.carry(&left.gain), ..left });
         let of_state = |state: usize, per_s: T| {
-            let mut gain = SVector::<T, INSTANT>::zeros();
-            gain.as_mut_slice().iter_mut().skip(state).take(1).for_each(|entry| *entry = T::one());
+            let gain = SVector::from_fn(|index, _| if index == state { T::one() } else { T::zero() });
             NoiseSource { gain, variance: per_s * self.unpredicted_s }
         };
         let [a, b, c] = self.velocity_noise_m2_s3;

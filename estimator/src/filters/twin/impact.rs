@@ -2,10 +2,8 @@
 
 use motor_model::{Real, Time};
 
-use super::TwinFilter;
-use super::kick_record::KickRecord;
-use super::measured_impact::{ExplainedImpact, MeasuredImpact, Uncertain};
-use super::misfit_monitor::MisfitMonitor;
+use super::measured_impact::ExplainedImpact;
+use super::{KickRecord, MeasuredImpact, MisfitMonitor, TwinFilter, TwinTuning, Uncertain};
 use crate::innovation::{ContactInnovation, ImpactInnovation, Rejection, Verdict};
 
 /// A longer time without samples, in s, leaves open which pair was in contact, and where: a quarter of mode A's period.
@@ -124,12 +122,10 @@ impl<T: Real> TwinFilter<T> {
     /// Variance of the kicks by impacts below the detector's threshold. Where those are many, as under a rotor that
     /// hops on a weakly driven stator, the detected ones fit the model badly, so it grows with the mean misfit.
     pub(super) fn undetected_rad2_s2(&self) -> T {
-        let threshold_rad_s = self.tuning.without_stator.kick_per_jump_rad_m * self.detector.threshold_m_s();
-        self.tuning.chatter_rad2_s2
-            + self.tuning.undetected_part2
-                * (self.misfit.variance_inflation() - T::one())
-                * threshold_rad_s
-                * threshold_rad_s
+        let TwinTuning { without_stator, chatter_rad2_s2, undetected_part2, .. } = &self.tuning;
+        let threshold_rad_s = without_stator.kick_per_jump_rad_m * self.detector.threshold_m_s();
+        let part2 = *undetected_part2 * (self.misfit.variance_inflation() - T::one());
+        *chatter_rad2_s2 + part2 * threshold_rad_s * threshold_rad_s
     }
 
     /// Noise variance of a vibrometer sample at the scale that was learnt.
@@ -151,9 +147,9 @@ mod tests {
 
     use super::*;
     use crate::filter::AngleFilter as _;
+    use crate::filters::twin::CheckedMotor;
     use crate::filters::twin::states::{HEIGHT, INSTANT};
     use crate::filters::twin::tests::filter;
-    use crate::filters::twin::{CheckedMotor, TwinTuning};
     use crate::instruments::Instruments;
 
     /// An impact at the very start of its period, between the samples at 995 and 1,000 us: the first of them did not

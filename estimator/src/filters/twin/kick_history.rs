@@ -5,10 +5,9 @@
 
 use motor_model::{Real, Time};
 
-use super::TwinFilter;
-use super::kick_record::KickRecord;
 use super::process::{PropagatedTrack, TwinProcess, twin_process};
 use super::rotor::FactorKnowledge;
+use super::{KickRecord, TwinFilter};
 
 impl<T: Real> TwinFilter<T> {
     /// The process up to `now`, that goes on from the propagated track.

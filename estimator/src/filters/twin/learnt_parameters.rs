@@ -8,9 +8,8 @@
 use motor_model::{Real, Time};
 use ud_filter::UdCovariance;
 
-use super::TwinFilter;
 use super::states::{DRIVE_PHASE, Errors, MODE_PARAMETERS, PRIOR, STATES};
-use super::stator::StatorFilter;
+use super::{StatorFilter, TwinFilter};
 
 /// Time between two copies: a fault is told within it, see the tests of the vibrometer's faults.
 const APART_NANOS: u64 = 150_000_000;
@@ -35,8 +34,8 @@ pub(super) struct LearntCopies<T> {
 impl<T: Real> TwinFilter<T> {
     /// Keeps what was learnt, if the stator filter explains the impacts and a copy is due.
     pub(super) fn keep_learnt(&mut self, at: Time) {
-        let newest = self.learnt.newer.map(|(taken_at, _)| taken_at);
-        let is_due = newest.is_none_or(|newest| at >= newest.plus_nanos(APART_NANOS));
+        let newer = self.learnt.newer.as_ref();
+        let is_due = newer.is_none_or(|(taken_at, _)| at >= taken_at.plus_nanos(APART_NANOS));
         if self.misfit.is_trusted() && is_due {
             let StatorFilter { parameters, covariance, .. } = &self.stator;
             let learnt = LearntParameters { parameters: *parameters, covariance: covariance.last_states() };

@@ -119,18 +119,18 @@ impl<T: Real> TwinProcess<'_, T> {
         Some(self.with_newest(state.at, resting, &before_newest))
     }
 
-    /// A track that was propagated to before the newest kick, through that kick.
+    /// A track `from` then that has been propagated to `before` the newest kick, through that kick.
     pub(super) fn with_newest(
         &self,
         from: Time,
         resting: bool,
-        before_newest: &RotorState<T>,
+        before: &RotorState<T>,
     ) -> PropagatedTrack<T> {
-        let mut state = before_newest.copied();
+        let mut state = before.copied();
         if let Some(newest) = self.kicks.len().checked_sub(1) {
             self.predict_through(&mut state, resting, newest);
         }
-        PropagatedTrack { from, resting, before_newest: before_newest.copied(), state }
+        PropagatedTrack { from, resting, before_newest: before.copied(), state }
     }
 
     /// Predicts through all kicks up to `until`, and to it.

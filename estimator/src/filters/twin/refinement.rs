@@ -19,10 +19,8 @@
 
 use motor_model::Real;
 
-use super::TwinFilter;
-use super::measured_impact::Uncertain;
 use super::states::{Errors, JUMP, TOOTH_VELOCITY};
-use super::stator::StatorFilter;
+use super::{StatorFilter, TwinFilter, Uncertain};
 use crate::vibrometer::impact_detector::Flight;
 
 impl<T: Real> StatorFilter<T> {

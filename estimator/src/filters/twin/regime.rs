@@ -21,9 +21,7 @@
 
 use motor_model::{Real, Time};
 
-use super::TwinFilter;
-use super::kick_record::KickRecord;
-use super::measured_impact::MeasuredImpact;
+use super::{KickRecord, MeasuredImpact, TwinFilter};
 
 /// Impacts over which the mean is taken: 3 ms of riding.
 const AVERAGED_IMPACTS: f64 = 32.0;

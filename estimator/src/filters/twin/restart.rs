@@ -50,8 +50,7 @@ impl<T: Real> StatorFilter<T> {
         let square = |x: f64| T::from_f64(x * x);
         let motion = (MODES..).zip(DRIVEN_MOTION.map(square));
         for (state, variance) in motion.chain([(HEIGHT, square(DRIVEN_HEIGHT_M))]) {
-            let mut unit = Errors::zeros();
-            unit.as_mut_slice().iter_mut().skip(state).take(1).for_each(|entry| *entry = T::one());
+            let unit = Errors::from_fn(|index, _| if index == state { T::one() } else { T::zero() });
             // One by one, though slower: it is rare, and together they would take 20 kB of code.
             self.covariance.add_rank_one(&unit, variance);
         }

@@ -99,6 +99,7 @@ impl<T: Real> StatorFilter<T> {
             let part = T::from_f64(PROCESS_NOISE_PART);
             part * part * T::from_f64(4.0 * mode.damping_ratio * mode.natural_rad_s * speed * speed)
         };
+        let steps = |n: u8| modes.each_ref().map(|mode| transition(mode, PERIOD_S * f64::from(n)));
         Self {
             model: motor.stator.clone(),
             state: StatorState::default(),
@@ -106,10 +107,8 @@ impl<T: Real> StatorFilter<T> {
             at_rest: false,
             oscillators: modes.each_ref().map(Oscillator::new),
             phasor: [T::zero(), T::one()],
-            period_steps: modes.each_ref().map(|mode| transition(mode, PERIOD_S)),
-            sensitivity_steps: modes
-                .each_ref()
-                .map(|mode| transition(mode, PERIOD_S * f64::from(SENSITIVITY_PERIODS))),
+            period_steps: steps(1),
+            sensitivity_steps: steps(SENSITIVITY_PERIODS),
             height_m: T::zero(),
             parameters: Errors::zeros(),
             sensitivities: [ModeSensitivities::none(); 3],
@@ -166,12 +165,8 @@ impl<T: Real> StatorFilter<T> {
         let [[_, height, g_a, v_a, g_b, v_b, g_c, v_c, _, jump, ..]] = errors.data.0;
         self.move_by([height, g_a, v_a, g_b, v_b, g_c, v_c]);
         self.jump_m_s += jump;
-        let parameters =
-            self.parameters.as_mut_slice().get_mut(MODE_PARAMETERS..DRIVE_PHASE).unwrap_or_default();
-        let corrections = errors.as_slice().get(MODE_PARAMETERS..).unwrap_or_default();
-        for (parameter, &error) in parameters.iter_mut().zip(corrections) {
-            *parameter += error;
-        }
+        let parameters = self.parameters.iter_mut().zip(errors).take(DRIVE_PHASE).skip(MODE_PARAMETERS);
+        parameters.for_each(|(parameter, &error)| *parameter += error);
         self.shift_phase(phase_of(errors.as_slice().get(DRIVE_PHASE).copied().unwrap_or_default()));
     }
 

@@ -16,9 +16,7 @@
 
 use motor_model::{DriveMode, Real, Time};
 
-use super::TwinFilter;
-use super::kick_record::KickRecord;
-use super::measured_impact::{MeasuredImpact, Uncertain};
+use super::{KickRecord, MeasuredImpact, TwinFilter, Uncertain};
 
 /// Excess misfit at which an unassociated jump is a false alarm in half of the cases. Found by simulation of motors
 /// drawn within the tolerances.

@@ -3,11 +3,7 @@
 
 use motor_model::{Real, Time};
 
-use super::TwinFilter;
-use super::kick_record::KickRecord;
-use super::measured_impact::MeasuredImpact;
-use super::misfit_monitor::MisfitMonitor;
-use super::regime::RegimeDetector;
+use super::{KickRecord, MeasuredImpact, MisfitMonitor, RegimeDetector, TwinFilter};
 use crate::filters::impact_aided::RATE_MEMORY_S;
 use crate::innovation::ImpactInnovation;
 use crate::measurement::LdvSample;
@@ -29,8 +25,7 @@ impl<T: Real> TwinFilter<T> {
             // What the detector finds now is the rotor's weight on the teeth, not an impact of a moving stator.
             self.stator.set_at_rest();
             (self.misfit, self.regime) = (MisfitMonitor::trusted(), RegimeDetector::new());
-            self.stator_follows = true;
-            self.unrefined_jump = None;
+            (self.stator_follows, self.unrefined_jump) = (true, None);
             self.last_sample_m_s = sample_m_s;
             return None;
         }

@@ -3,12 +3,9 @@
 use heapless::{Deque, Vec};
 use motor_model::{Real, Time};
 
-use super::super::TwinFilter;
-use super::super::kick_record::KickRecord;
-use super::super::measured_impact::{MeasuredImpact, Uncertain};
 use super::super::modes_at::entries;
 use super::super::states::{MASS_RATIO, Row};
-use super::super::stator::StatorFilter;
+use super::super::{KickRecord, MeasuredImpact, TwinFilter, Uncertain};
 use super::{ToldKick, ToldParts, TrueContact};
 use crate::vibrometer::impact_detector::VibrometerEvent;
 use crate::vibrometer::motion::Motion;
@@ -124,26 +121,6 @@ impl<T: Real> ToldPeriod<T> {
         self.jump_m_s = Uncertain { value: impact.jump_m_s, variance: impact.jump_m2_s2 };
         impact
     }
-
-    /// Puts what is told of the impact at hand into its kick. Where the filter has not explained the impact, the kick
-    /// by a tooth of known velocity follows from the jump, beside `undetected_rad2_s2`.
-    fn improve(&self, kick: &mut KickRecord<T>, c: T, undetected_rad2_s2: T) {
-        let Some(detected) = self.detected.filter(|_| !kick.told.is_small()) else { return };
-        let Some(tooth) = detected.tooth else { return };
-        if self.parts.instant {
-            (kick.at, kick.at_s2) = (detected.at, T::zero());
-        }
-        kick.told.friction = self.parts.friction.then(|| tooth.kick_per_jump_rad_m / c);
-        if self.parts.tooth_velocity {
-            kick.told.tooth_velocity = true;
-            kick.tooth_rate_rad_s = Uncertain { value: tooth.rate_rad_s, variance: T::zero() };
-            if !kick.refinable {
-                let Uncertain { value, variance } = self.jump_m_s;
-                kick.kick_max_rad_s = Uncertain { value: c * value, variance: c * c * variance };
-                kick.unknown_rad2_s2 = undetected_rad2_s2;
-            }
-        }
-    }
 }
 
 impl<T: Real> TwinFilter<T> {
@@ -167,10 +144,26 @@ impl<T: Real> TwinFilter<T> {
         }
     }
 
-    /// Puts what is told of the impact at hand into its kick.
+    /// Puts what is told of the impact at hand into its kick. Where the filter has not explained the impact, the kick
+    /// by a tooth of known velocity follows from the jump, beside what the vibrometer does not detect.
     pub(in super::super) fn improve_as_told(&self, kick: &mut KickRecord<T>) {
+        let ToldPeriod { parts, detected, jump_m_s, .. } = &self.told;
+        let Some(detected) = detected.filter(|_| !kick.told.is_small()) else { return };
+        let Some(tooth) = detected.tooth else { return };
         let c = self.tuning.without_stator.kick_per_jump_rad_m;
-        self.told.improve(kick, c, self.undetected_rad2_s2());
+        if parts.instant {
+            (kick.at, kick.at_s2) = (detected.at, T::zero());
+        }
+        kick.told.friction = parts.friction.then(|| tooth.kick_per_jump_rad_m / c);
+        if parts.tooth_velocity {
+            kick.told.tooth_velocity = true;
+            kick.tooth_rate_rad_s = Uncertain { value: tooth.rate_rad_s, variance: T::zero() };
+            if !kick.refinable {
+                let &Uncertain { value, variance } = jump_m_s;
+                kick.kick_max_rad_s = Uncertain { value: c * value, variance: c * c * variance };
+                kick.unknown_rad2_s2 = self.undetected_rad2_s2();
+            }
+        }
     }
 
     /// Takes the contacts that the vibrometer does not detect, `from` then `to` then, of the period that ends at
@@ -197,21 +190,13 @@ impl<T: Real> TwinFilter<T> {
     /// those of an impact do not.
     fn take_recoil(&mut self, other: &TrueContact<T>, until: Time) {
         let Some(tooth) = other.tooth else { return };
-        let back_s = until.seconds_since(other.at);
-        self.stator.recoil_by(tooth.pair, other.jump_m_s, back_s, self.stator.behind_s(until));
-        if self.told.detects {
-            self.stator.height_m += back_s * other.jump_m_s;
-        }
-    }
-}
-
-impl<T: Real> StatorFilter<T> {
-    /// The recoil of a jump that is known, `back_s` before the end of the period.
-    fn recoil_by(&mut self, pair: u8, jump_m_s: T, back_s: T, behind_s: T) {
-        let tooth = self.tooth(pair.into(), &Row::zeros());
-        let mass_ratio = T::one() + self.parameters.get(MASS_RATIO).copied().unwrap_or_default();
-        let responses = self.oscillators.each_ref().map(|oscillator| oscillator.after(back_s - behind_s));
-        let recoil = tooth.recoil * (mass_ratio * jump_m_s);
-        self.move_by(entries(&responses, T::zero(), &recoil, |r| [-r.s, -r.s_rate]));
+        let (stator, back_s): (_, T) = (&mut self.stator, until.seconds_since(other.at));
+        let recoil = stator.tooth(tooth.pair.into(), &Row::zeros()).recoil;
+        let mass_ratio = T::one() + stator.parameters.get(MASS_RATIO).copied().unwrap_or_default();
+        let since_s = back_s - stator.behind_s(until);
+        let responses = stator.oscillators.each_ref().map(|oscillator| oscillator.after(since_s));
+        let height_m = if self.told.detects { back_s * other.jump_m_s } else { T::zero() };
+        let blow = recoil * (mass_ratio * other.jump_m_s);
+        stator.move_by(entries(&responses, height_m, &blow, |r| [-r.s, -r.s_rate]));
     }
 }
