@@ -33,8 +33,8 @@ use super::states::{IMPACT_STATES, INSTANT, Row, STATES, entry};
 use super::stator::StatorFilter;
 use crate::innovation::ContactInnovation;
 
-/// An impact is noise when its misfit exceeds that of noise by this: twice the logarithm of the prior odds, how much more
-/// often teeth touch the rotor than noise exceeds the threshold. Odds of 22,000.
+/// An impact is noise when its misfit exceeds that of noise by this: twice the logarithm of the prior odds, how much
+/// more often teeth touch the rotor than noise exceeds the threshold. Odds of 22,000.
 pub(super) const NOISE_LOG_ODDS: f64 = 20.0;
 
 /// An impact is noise when the misfit about the prediction exceeds the limit so many times: the second linearisation
@@ -83,8 +83,8 @@ struct Score<T> {
 }
 
 impl<T: Real> StatorFilter<T> {
-    /// The pair that the impact is associated with, linearised near the errors that the impact implies. It is `told` the
-    /// filter, or else `None`. The impact is noise when its misfit exceeds that of noise by `noise_log_odds`.
+    /// The pair that the impact is associated with, linearised near the errors that the impact implies; the pair that
+    /// is `told`, if any. The impact is noise when its misfit exceeds that of noise by `noise_log_odds`.
     ///
     /// # Errors
     /// When both pairs misfit by more than noise does.
@@ -211,8 +211,8 @@ impl<T: Real> StatorFilter<T> {
         self.covariance.weights.get(INSTANT).copied().unwrap_or_default()
     }
 
-    /// Variances of the second-order terms of gap and approach: an error of the instant times one of the speed or of the
-    /// acceleration.
+    /// Variances of the second-order terms of gap and approach: an error of the instant times one of the speed or of
+    /// the acceleration.
     fn second_order(&self, hypothesis: &PairHypothesis<T>) -> [T; 2] {
         let PairHypothesis { measurements: [gap, approach], variances, .. } = hypothesis;
         let ([[gap_m2, _], [_, approach_m2_s2]], instant_s2) = (*variances, self.instant_s2());

@@ -36,9 +36,9 @@ use super::tooth::{Tooth, by_amplitude, by_angle};
 const NO_NOISE_LOG_ODDS: f64 = 1e30;
 
 impl<T: Real> StatorFilter<T> {
-    /// Updates the stator by an impact within the last period, and applies the transition. The variance of its instant is
-    /// `instant_s2`, its pair of teeth is `told` or `None`, and the tooth's velocity has errors of standard deviation
-    /// `beside_m_s` beside those of the stator.
+    /// Updates the stator by an impact within the last period, and applies the transition. The variance of its instant
+    /// is `instant_s2`, its pair of teeth is `told` or `None`, and the tooth's velocity has errors of standard
+    /// deviation `beside_m_s` beside those of the stator.
     ///
     /// # Errors
     /// When the impact fits neither pair of teeth and counts as noise.

@@ -46,7 +46,8 @@ impl<T: Real> StatorFilter<T> {
     }
 }
 
-/// A row or column of the states 1 to 7: `part` of each mode's response, times the mode's weight; `height` of the height.
+/// A row or column of the states 1 to 7: `part` of each mode's response, times the mode's weight; `height` of the
+/// height.
 #[inline]
 pub(super) fn entries<T: Real>(
     [a, b, c]: &[Response<T>; 3],

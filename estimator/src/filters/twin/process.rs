@@ -29,8 +29,8 @@ pub(super) struct TwinProcess<'a, T> {
     pub(super) propagated: Option<&'a PropagatedTrack<T>>,
 }
 
-/// The process of a filter until then, that goes on from a propagated track. A macro, since the fields that it borrows
-/// leave the tracker free to change.
+/// The process of a filter up to an instant; it goes on from a propagated track, if any. A macro borrows no more than
+/// the fields that it names, so that the tracker can change meanwhile.
 macro_rules! twin_process {
     ($filter:ident, $until:expr, $propagated:expr) => {{
         let next_impact = &$filter.tuning.without_stator.next_impact;
@@ -119,7 +119,7 @@ impl<T: Real> TwinProcess<'_, T> {
         Some(self.with_newest(state.at, resting, &before_newest))
     }
 
-    /// A track `from` then that has been propagated to `before` the newest kick, through that kick.
+    /// The track that is propagated `from` an instant on: it stands `before` the newest kick, which is applied.
     pub(super) fn with_newest(
         &self,
         from: Time,

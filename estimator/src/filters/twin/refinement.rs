@@ -39,7 +39,8 @@ impl<T: Real> StatorFilter<T> {
 }
 
 impl<T: Real> TwinFilter<T> {
-    /// Corrects tooth's velocity and jump of the newest kick, if it can be refined and no frame has been fused after it.
+    /// Corrects the newest kick by corrections of tooth's velocity and jump, if it can be refined and no frame has been
+    /// fused after it.
     fn refine_kick(&mut self, tooth_velocity: Uncertain<T>, jump: Uncertain<T>) {
         let (s, c) = (self.per_radius_m, self.tuning.without_stator.kick_per_jump_rad_m);
         let inflation = self.misfit.variance_inflation();

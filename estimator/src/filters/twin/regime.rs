@@ -37,8 +37,8 @@ const AT_START: f64 = 4.0;
 /// The jump of a riding rotor up to which it is the weight's, per the threshold. What exceeds it kicks as in mode C.
 const WEIGHT_MAX: f64 = 1.4;
 
-/// Variance of the kick by an impact of a riding rotor, per the square of a kick at the detector's threshold: a fifth of
-/// that kick, measured in simulation.
+/// Variance of the kick by an impact of a riding rotor, per the square of a kick at the detector's threshold: a fifth
+/// of that kick, measured in simulation.
 const RIDING_PART2: f64 = 0.04;
 
 /// Running mean of the jumps per the detector's threshold, and the regime that follows from it.

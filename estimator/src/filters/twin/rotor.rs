@@ -150,10 +150,10 @@ impl<T: Real> RotorCovariance<T> {
         [*d2 + *u23 * *u23 * *d3, *d3]
     }
 
-    /// Merges the rate's own independent error with a noise of the rate of this variance into one error, and the part
-    /// of the angle that does not follow the rate. The own error has the effects `own` on angle and rate, the noise that
-    /// of `noise_angle` on the angle. Where the teeth stick, the rate's error has no effect on the rate after the kick
-    /// and remains in the angle alone.
+    /// Merges the rate's own independent error with a noise of this variance into one error, and the part of the angle
+    /// that does not follow the rate. The effects of the own error on angle and rate are given; those of the noise are
+    /// `noise_angle` and 1. Where the teeth stick, the rate's error has no effect on the rate after the kick and
+    /// remains in the angle alone.
     #[inline]
     fn merge_rate_noise(&mut self, [own_angle, own_rate]: [T; 2], noise_angle: T, variance: T) {
         let variance = if variance > T::zero() { variance } else { T::zero() };

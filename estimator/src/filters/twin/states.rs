@@ -21,10 +21,10 @@
 //! | 23 | `alpha` | rad | phase of the drive, positive where the drive leads | 0.07 |
 //!
 //! A unit of 1 means a part of the nominal value. Index 10 to 22 are the 13 parameters of the motor; they and the phase
-//! are constant in a run, so they have no process noise. Their priors are the tolerances of Table 1: half a tolerance is
-//! a standard deviation, 0.88 of that where the ends are cut off. A command that is reported one tick of 10 us late is
-//! 0.4 rad off. 1e-8 is a stator at rest, small beside every noise of the model and large enough for `f32`. `sigma` and
-//! `p` are those of [`crate::vibrometer::impact_detector`].
+//! are constant in a run, so they have no process noise. Their priors are the tolerances of Table 1: half a tolerance
+//! is a standard deviation, 0.88 of that where the ends are cut off. A command that is reported one tick of 10 us late
+//! is 0.4 rad off. 1e-8 is a stator at rest, small beside every noise of the model and large enough for `f32`. `sigma`
+//! and `p` are those of [`crate::vibrometer::impact_detector`].
 //!
 //! The order serves the factors `P = U D U'`: what changes at every impact stands first, the constants last.
 
