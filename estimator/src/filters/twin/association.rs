@@ -95,13 +95,14 @@ impl<T: Real> StatorFilter<T> {
         told: Option<u8>,
         noise_log_odds: T,
     ) -> Result<Association<T>, UnassociatedImpact<T>> {
-        let [of_zero, of_one] = [0, 1].map(|pair| self.linearise(pair, impact, &Row::zeros()));
+        let mut of_zero = self.linearise(0, impact, &Row::zeros());
+        let mut of_one = self.linearise(1, impact, &Row::zeros());
         let (zero, one) = (self.score(&of_zero), self.score(&of_one));
         // Of the innovation's covariance, in m^4/s^2.
         let determinant = |score: &Score<T>| score.innovation.gap_m2 * score.innovation.approach_m2_s2;
         let surplus = zero.misfit - one.misfit + natural_log(determinant(&zero) / determinant(&one));
         let is_first = told.map_or(surplus <= T::zero(), |pair| pair == 0);
-        let (mut hypothesis, better) = if is_first { (of_zero, zero) } else { (of_one, one) };
+        let (hypothesis, better) = if is_first { (&mut of_zero, zero) } else { (&mut of_one, one) };
         let pair = hypothesis.pair;
         let of_noise = impact.jump_m_s * impact.jump_m_s / impact.jump_m2_s2;
         let limit = of_noise + noise_log_odds;
@@ -112,9 +113,9 @@ impl<T: Real> StatorFilter<T> {
         if better.misfit > T::from_f64(FAR_OFF_RATIO) * limit {
             return Err(unassociated(&better));
         }
-        let implied = self.implied_errors(impact, &hypothesis, &better);
-        hypothesis = self.linearise(pair, impact, &implied);
-        let mut score = self.score(&hypothesis);
+        let implied = self.implied_errors(impact, hypothesis, &better);
+        *hypothesis = self.linearise(pair, impact, &implied);
+        let mut score = self.score(hypothesis);
         let Score { misfit, innovation, .. } = score;
         if misfit > limit {
             return Err(unassociated(&score));
@@ -122,15 +123,16 @@ impl<T: Real> StatorFilter<T> {
         let inflation_misfit = T::from_f64(INFLATION_MISFIT);
         if misfit > inflation_misfit {
             self.covariance.inflate::<INSTANT>(T::from_f64(INFLATION) * misfit / inflation_misfit);
-            hypothesis = self.linearise(pair, impact, &Row::zeros());
-            score = self.score(&hypothesis);
+            *hypothesis = self.linearise(pair, impact, &Row::zeros());
+            score = self.score(hypothesis);
         }
-        let shift_s = self.implied_instant_s(impact, &hypothesis, &score) - entry(&implied, INSTANT);
+        let shift_s = self.implied_instant_s(impact, hypothesis, &score) - entry(&implied, INSTANT);
         let has_converged = misfit <= inflation_misfit && shift_s.abs() < T::from_f64(LINEAR_S);
         if !has_converged {
-            let implied = self.implied_errors(impact, &hypothesis, &score);
-            hypothesis = self.linearise(pair, impact, &implied);
+            let implied = self.implied_errors(impact, hypothesis, &score);
+            *hypothesis = self.linearise(pair, impact, &implied);
         }
+        let hypothesis = if is_first { of_zero } else { of_one };
         Ok(Association { hypothesis, second_order: score.second_order, innovation, misfit })
     }
 
