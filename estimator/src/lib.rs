@@ -77,7 +77,7 @@ pub use filter::{AngleFilter, Estimate, Health, Reason};
 pub use filters::constant_rate::{ConstantRate, ConstantRateTuning, RandomWalkTuning};
 pub use filters::impact_aided::ringing::RingingTuning;
 pub use filters::impact_aided::{IMPACTS_KEPT_MAX, ImpactAided, ImpactAidedTuning};
-pub use filters::twin::{CheckedMotor, ContactTuning, TwinFilter, TwinPrior, TwinTuning};
+pub use filters::twin::{CheckedMotor, TwinFilter, TwinTuning};
 #[cfg(feature = "tell")]
 pub use filters::twin::{ToldParts, TrueContact, TrueTooth};
 pub use innovation::{ContactInnovation, ImpactInnovation, Innovation, Rejection, Source, Verdict};

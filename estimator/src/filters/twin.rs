@@ -41,8 +41,7 @@
 //! 1. The tracker predicts the track from the last frame to the exposure, through the kicks ([`process`]).
 //! 2. Gate, then update of angle, rate, friction and tooth factor. A late frame is fused in its place.
 //! 3. Kicks before the oldest frame kept are dropped.
-//! 4. If the track moved, it is propagated again through the kicks since: [`propagated_track`]. An estimate starts
-//!    there.
+//! 4. If the track moved, it is propagated again through the kicks since ([`process`]). An estimate starts there.
 //!
 //! # One impact
 //!
@@ -114,7 +113,6 @@ mod modes_at;
 mod motion_prediction;
 mod oscillator;
 mod process;
-mod propagated_track;
 mod refinement;
 mod regime;
 mod restart;
@@ -139,20 +137,19 @@ use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::{Motion, MotionWatch};
 pub use checked_motor::CheckedMotor;
-use kick_record::KickRecords;
+use kick_record::{KickRecord, KickRecords};
 use kick_use::KickUse;
 use learnt_parameters::LearntCopies;
-use measured_impact::Uncertain;
+use measured_impact::{MeasuredImpact, Uncertain};
 use misfit_monitor::MisfitMonitor;
-use process::TwinProcess;
-use propagated_track::PropagatedTrack;
+use process::{PropagatedTrack, twin_process};
 use regime::RegimeDetector;
 use rotor::RotorCovariance;
 use stator::StatorFilter;
 use told::ToldPeriod;
 #[cfg(feature = "tell")]
 pub use told::{ToldParts, TrueContact, TrueTooth};
-pub use tuning::{ContactTuning, TwinPrior, TwinTuning};
+pub use tuning::TwinTuning;
 use walk_strength::WalkStrength;
 
 /// Angle and rate from the camera and from the kicks of a stator that the vibrometer's impacts drive: the filter
@@ -196,21 +193,19 @@ pub struct TwinFilter<T: Real> {
     last_sample_m_s: T,
     /// The last impact's jump as first measured, in m/s, until it is refined.
     unrefined_jump: Option<Uncertain<T>>,
-    /// Largest kick per jump at nominal friction, `mu m_r R_t / J`, in rad/s per m/s.
-    kick_per_jump_rad_m: T,
     /// `1 / R_t`.
     per_radius_m: T,
 }
 
 impl<T: Real> TwinFilter<T> {
-    /// A filter without a measurement, for `motor`; the tuning has the prior of its parameters.
+    /// A filter without a measurement, for `motor`; the tuning is that of the same parameters.
     #[inline]
     pub fn new(motor: &CheckedMotor<T>, tuning: &TwinTuning<T>) -> Self {
         Self {
             tuning: *tuning,
-            watch: MotionWatch::new(&tuning.constant_rate.rest),
+            watch: MotionWatch::new(&tuning.without_stator.constant_rate.rest),
             detector: ImpactDetector::new(tuning.detector),
-            tracker: Tracker::new(tuning.constant_rate.track),
+            tracker: Tracker::new(tuning.without_stator.constant_rate.track),
             kicks: KickRecords::new(),
             kick_use: KickUse::new(),
             walk: WalkStrength::expected(),
@@ -218,15 +213,14 @@ impl<T: Real> TwinFilter<T> {
             newest_refined: false,
             stator: StatorFilter::at_rest(motor, tuning),
             misfit: MisfitMonitor::trusted(),
-            learnt: LearntCopies::none(),
+            learnt: LearntCopies::default(),
             regime: RegimeDetector::new(),
             stator_follows: true,
-            told: ToldPeriod::nothing(),
+            told: ToldPeriod::default(),
             drive: DriveCommand::OFF,
             last_kick_mode: None,
             last_sample_m_s: T::zero(),
             unrefined_jump: None,
-            kick_per_jump_rad_m: T::from_f64(motor.kick_per_jump_rad_m),
             per_radius_m: T::from_f64(1.0 / motor.tooth_radius_m),
         }
     }
@@ -304,8 +298,10 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         {
             self.refine_jump(first, &flight);
         }
+        #[cfg(feature = "tell")]
         self.begin_told_period(sample.taken_at, event);
         let innovation = self.act_on(sample, event, &flight, since_s);
+        #[cfg(feature = "tell")]
         self.end_told_period(sample.taken_at);
         self.reapply_newest_kick();
         innovation
@@ -313,16 +309,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
 
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
         let clock = self.watch.clock();
-        let next_impact = &self.tuning.without_stator.next_impact;
-        let process = TwinProcess {
-            tuning: &self.tuning,
-            kicks: &self.kicks,
-            motions: self.watch.motions(clock.max(frame.exposed_at)),
-            strength: &self.walk,
-            taken_since: self.kick_use.since,
-            unseen: next_impact.unseen(&self.detector, self.drive, self.kick_use.taken),
-            propagated: None,
-        };
+        let process = twin_process!(self, clock.max(frame.exposed_at), None);
         let motion = process.motions.throughout(self.tracker.newest_at().min(frame.exposed_at));
         let context = FrameContext {
             clock,

@@ -12,7 +12,7 @@
 //! are not predicted equally well: a pair of which little is known fits everything a little. The mean misfit is about
 //! two, one a measurement, where the filter is consistent.
 //! A jump that is noise has no contact, but the misfit `dv^2 / var dv`, which is above the square of the detector's
-//! threshold. Noise is chosen when it misfits less than the pair by [`ContactTuning::noise_log_odds`] or more. A jump
+//! threshold. Noise is chosen when it misfits less than the pair by [`NOISE_LOG_ODDS`] or more. A jump
 //! that is far too large for noise then is an impact all the same, and evidence against the stator filter
 //! ([`MeasuredImpact::may_be_noise`]).
 //!
@@ -29,17 +29,22 @@ use motor_model::Real;
 
 use super::contact_measurement::ContactMeasurement;
 use super::measured_impact::{MeasuredImpact, UnassociatedImpact};
-use super::states::{IMPACT_STATES, INSTANT, Row, STATES, entry, set_entry};
+use super::states::{IMPACT_STATES, INSTANT, Row, STATES, entry};
 use super::stator::StatorFilter;
-use super::tuning::ContactTuning;
 use crate::innovation::ContactInnovation;
+
+/// An impact is noise when its misfit exceeds that of noise by this: twice the logarithm of the prior odds, how much
+/// more often teeth touch the rotor than noise exceeds the threshold. Odds of 22,000.
+pub(super) const NOISE_LOG_ODDS: f64 = 20.0;
 
 /// An impact is noise when the misfit about the prediction exceeds the limit so many times: the second linearisation
 /// would start too far off to mean anything. Assumed.
 const FAR_OFF_RATIO: f64 = 40.0;
 
-/// Factor on the instant's variance per misfit in units of [`ContactTuning::inflation_misfit`], when that is exceeded.
-/// Tuned with it.
+/// A misfit beyond this inflates the variance of the impact's instant: the 95 % point of two degrees of freedom.
+const INFLATION_MISFIT: f64 = 6.0;
+
+/// Factor on the instant's variance per misfit in units of [`INFLATION_MISFIT`], when that is exceeded. Tuned with it.
 const INFLATION: f64 = 3.0;
 
 /// A shift of the instant, in s, within which gap and approach count as linear: the tooth's acceleration bends the gap
@@ -48,41 +53,22 @@ const LINEAR_S: f64 = 3e-7;
 
 /// The pair that an impact is associated with.
 pub(super) struct Association<T> {
-    pub(super) pair: usize,
+    /// Its gap and approach, linearised for the update.
+    pub(super) hypothesis: PairHypothesis<T>,
     /// Variances of gap and approach by what their linearisation leaves out.
     pub(super) second_order: [T; 2],
-    /// Errors that the measurements imply, where they are to be linearised once more for the update.
-    pub(super) next_errors: Option<Row<T>>,
     pub(super) innovation: ContactInnovation<T>,
     pub(super) misfit: T,
 }
 
-/// A scalar measurement whose row is held as `U' row`.
-pub(super) struct LinearMeasurement<T> {
-    /// Derivative by the impact's instant.
-    pub(super) by_instant: T,
-    pub(super) innovation: T,
-    pub(super) noise: T,
-}
-
-/// One pair as the one in contact: gap and approach, as last linearised.
+/// One pair as the one in contact: gap and approach, linearised about some errors.
 pub(super) struct PairHypothesis<T> {
     pub(super) pair: usize,
-    pub(super) measurements: [LinearMeasurement<T>; 2],
+    pub(super) measurements: [ContactMeasurement<T>; 2],
     /// Their rows times U.
     pub(super) whitened: [[T; STATES]; 2],
     /// Covariance that the estimates' errors give them, the upper triangle alone.
     variances: [[T; 2]; 2],
-}
-
-impl<T: Real> PairHypothesis<T> {
-    /// Not linearised yet.
-    pub(super) fn of(pair: usize) -> Self {
-        let zero = T::zero();
-        let nothing = || LinearMeasurement { by_instant: zero, innovation: zero, noise: zero };
-        let measurements = [nothing(), nothing()];
-        Self { pair, measurements, whitened: [[zero; STATES]; 2], variances: [[zero; 2]; 2] }
-    }
 }
 
 /// A hypothesis against the covariance.
@@ -96,16 +82,9 @@ struct Score<T> {
     weighted_innovation: [T; 2],
 }
 
-impl<T: Real> Score<T> {
-    /// Determinant of the innovation's covariance, in m^4/s^2.
-    fn determinant(&self) -> T {
-        self.innovation.gap_m2 * self.innovation.approach_m2_s2
-    }
-}
-
 impl<T: Real> StatorFilter<T> {
-    /// The pair that the impact is associated with. Of the hypotheses that of this pair is then linearised near the
-    /// errors that the impact implies.
+    /// The pair that the impact is associated with, linearised near the errors that the impact implies; the pair that
+    /// is `told`, if any. The impact is noise when its misfit exceeds that of noise by `noise_log_odds`.
     ///
     /// # Errors
     /// When both pairs misfit by more than noise does.
@@ -113,62 +92,59 @@ impl<T: Real> StatorFilter<T> {
     pub(super) fn associate(
         &mut self,
         impact: &MeasuredImpact<T>,
-        [of_zero, of_one]: &mut [PairHypothesis<T>; 2],
-        contact: &ContactTuning<T>,
+        told: Option<u8>,
+        noise_log_odds: T,
     ) -> Result<Association<T>, UnassociatedImpact<T>> {
-        self.linearise(of_zero, impact, &Row::zeros(), contact);
-        self.linearise(of_one, impact, &Row::zeros(), contact);
-        let (zero, one) = (self.score(of_zero), self.score(of_one));
-        let surplus = zero.misfit - one.misfit + natural_log(zero.determinant() / one.determinant());
-        let (hypothesis, better) =
-            if self.told.is_of_first_pair(surplus <= T::zero()) { (of_zero, zero) } else { (of_one, one) };
-        let of_noise = impact.jump_m_s * impact.jump_m_s / impact.jump_m2_s2;
-        let limit = self.told.misfit_max(of_noise + contact.noise_log_odds);
-        if better.misfit > T::from_f64(FAR_OFF_RATIO) * limit {
-            return Err(UnassociatedImpact {
-                excess_misfit: better.misfit - of_noise,
-                innovation: better.innovation,
-            });
-        }
+        let mut of_zero = self.linearise(0, impact, &Row::zeros());
+        let mut of_one = self.linearise(1, impact, &Row::zeros());
+        let (zero, one) = (self.score(&of_zero), self.score(&of_one));
+        // Of the innovation's covariance, in m^4/s^2.
+        let determinant = |score: &Score<T>| score.innovation.gap_m2 * score.innovation.approach_m2_s2;
+        let surplus = zero.misfit - one.misfit + natural_log(determinant(&zero) / determinant(&one));
+        let is_first = told.map_or(surplus <= T::zero(), |pair| pair == 0);
+        let (hypothesis, better) = if is_first { (&mut of_zero, zero) } else { (&mut of_one, one) };
         let pair = hypothesis.pair;
+        let of_noise = impact.jump_m_s * impact.jump_m_s / impact.jump_m2_s2;
+        let limit = of_noise + noise_log_odds;
+        let unassociated = |&Score { misfit, innovation, .. }: &Score<T>| UnassociatedImpact {
+            excess_misfit: misfit - of_noise,
+            innovation,
+        };
+        if better.misfit > T::from_f64(FAR_OFF_RATIO) * limit {
+            return Err(unassociated(&better));
+        }
         let implied = self.implied_errors(impact, hypothesis, &better);
-        self.linearise(hypothesis, impact, &implied, contact);
+        *hypothesis = self.linearise(pair, impact, &implied);
         let mut score = self.score(hypothesis);
         let Score { misfit, innovation, .. } = score;
         if misfit > limit {
-            return Err(UnassociatedImpact { excess_misfit: misfit - of_noise, innovation });
+            return Err(unassociated(&score));
         }
-        if misfit > contact.inflation_misfit {
-            self.covariance.inflate::<INSTANT>(T::from_f64(INFLATION) * misfit / contact.inflation_misfit);
-            self.linearise(hypothesis, impact, &Row::zeros(), contact);
+        let inflation_misfit = T::from_f64(INFLATION_MISFIT);
+        if misfit > inflation_misfit {
+            self.covariance.inflate::<INSTANT>(T::from_f64(INFLATION) * misfit / inflation_misfit);
+            *hypothesis = self.linearise(pair, impact, &Row::zeros());
             score = self.score(hypothesis);
         }
         let shift_s = self.implied_instant_s(impact, hypothesis, &score) - entry(&implied, INSTANT);
-        let has_converged = misfit <= contact.inflation_misfit && shift_s.abs() < T::from_f64(LINEAR_S);
-        let next_errors = (!has_converged).then(|| self.implied_errors(impact, hypothesis, &score));
-        Ok(Association { pair, second_order: score.second_order, next_errors, innovation, misfit })
+        let has_converged = misfit <= inflation_misfit && shift_s.abs() < T::from_f64(LINEAR_S);
+        if !has_converged {
+            let implied = self.implied_errors(impact, hypothesis, &score);
+            *hypothesis = self.linearise(pair, impact, &implied);
+        }
+        let hypothesis = if is_first { of_zero } else { of_one };
+        Ok(Association { hypothesis, second_order: score.second_order, innovation, misfit })
     }
 
-    /// Gap and approach of the pair of `hypothesis`, linearised about `errors`.
+    /// Gap and approach of `pair`, linearised about `errors`.
     #[inline(never)]
-    pub(super) fn linearise(
-        &self,
-        hypothesis: &mut PairHypothesis<T>,
-        impact: &MeasuredImpact<T>,
-        errors: &Row<T>,
-        contact: &ContactTuning<T>,
-    ) {
-        let [gap, approach] = &self.contact_measurements(impact, hypothesis.pair, errors, contact);
-        let without_row = |of: &ContactMeasurement<T>| LinearMeasurement {
-            by_instant: entry(&of.row, INSTANT),
-            innovation: of.innovation,
-            noise: of.noise,
-        };
-        hypothesis.measurements = [without_row(gap), without_row(approach)];
+    fn linearise(&self, pair: usize, impact: &MeasuredImpact<T>, errors: &Row<T>) -> PairHypothesis<T> {
+        let measurements = self.contact_measurements(impact, pair, errors);
+        let mut whitened = [[T::zero(); STATES]; 2];
         // Instant and jump are those of this impact: independent of all else.
-        hypothesis.variances = self
-            .covariance
-            .whiten::<IMPACT_STATES, _, _, _, 2>([&gap.row, &approach.row], &mut hypothesis.whitened);
+        let rows = measurements.each_ref().map(|measurement| &measurement.row);
+        let variances = self.covariance.whiten::<IMPACT_STATES, _, _, _, 2>(rows, &mut whitened);
+        PairHypothesis { pair, measurements, whitened, variances }
     }
 
     /// Scores a hypothesis without an update of the covariance: gap first, then approach given the gap.
@@ -176,7 +152,7 @@ impl<T: Real> StatorFilter<T> {
     fn score(&self, hypothesis: &PairHypothesis<T>) -> Score<T> {
         let PairHypothesis { measurements: [gap, approach], variances, .. } = hypothesis;
         let [[gap_m2, both], [_, approach_m2_s2]] = *variances;
-        let second_order = self.second_order(&[(gap, gap_m2), (approach, approach_m2_s2)]);
+        let second_order = self.second_order(hypothesis);
         let [second_order_m2, second_order_m2_s2] = second_order;
         let innovation_m2 = gap.noise + second_order_m2 + gap_m2;
         let per_gap = T::one() / innovation_m2;
@@ -212,8 +188,9 @@ impl<T: Real> StatorFilter<T> {
         let ([f, g], [by_gap, by_approach]) = (&hypothesis.whitened, score.weighted_innovation);
         let rows = self.covariance.weights.iter().zip(f.iter().zip(g));
         let y = rows.map(|(&d, (&f, &g))| d * (f * by_gap + g * by_approach));
-        let mut errors = self.covariance.coloured::<IMPACT_STATES, _, _, _>(y);
-        set_entry(&mut errors, INSTANT, self.implied_instant_s(impact, hypothesis, score));
+        let mut errors: Row<T> = self.covariance.coloured::<IMPACT_STATES, _, _, _>(y);
+        let [.., instant, _] = &mut errors.lead;
+        *instant = self.implied_instant_s(impact, hypothesis, score);
         errors
     }
 
@@ -226,7 +203,8 @@ impl<T: Real> StatorFilter<T> {
     ) -> T {
         let ([gap, approach], [by_gap, by_approach]) = (&hypothesis.measurements, score.weighted_innovation);
         impact.clamp_instant_s(
-            self.instant_s2() * (gap.by_instant * by_gap + approach.by_instant * by_approach),
+            self.instant_s2()
+                * (entry(&gap.row, INSTANT) * by_gap + entry(&approach.row, INSTANT) * by_approach),
         )
     }
 
@@ -235,21 +213,20 @@ impl<T: Real> StatorFilter<T> {
         self.covariance.weights.get(INSTANT).copied().unwrap_or_default()
     }
 
-    /// Variances of the second-order terms of gap and approach, whose own variances are given: an error of the instant
-    /// times one of the speed or of the acceleration.
-    fn second_order(
-        &self,
-        [(gap, gap_m2), (approach, approach_m2_s2)]: &[(&LinearMeasurement<T>, T); 2],
-    ) -> [T; 2] {
-        let instant_s2 = self.instant_s2();
-        let beside_instant = |measurement: &LinearMeasurement<T>, variance: T| {
-            not_negative(variance - measurement.by_instant * measurement.by_instant * instant_s2)
+    /// Variances of the second-order terms of gap and approach: an error of the instant times one of the speed or of
+    /// the acceleration.
+    fn second_order(&self, hypothesis: &PairHypothesis<T>) -> [T; 2] {
+        let PairHypothesis { measurements: [gap, approach], variances, .. } = hypothesis;
+        let ([[gap_m2, _], [_, approach_m2_s2]], instant_s2) = (*variances, self.instant_s2());
+        let beside_instant = |measurement: &ContactMeasurement<T>, variance: T| {
+            let by_instant = entry(&measurement.row, INSTANT);
+            not_negative(variance - by_instant * by_instant * instant_s2)
         };
         let [_, _, stiffest] = &self.oscillators;
         let per_s4 = stiffest.stiffness_per_s2 * stiffest.stiffness_per_s2;
         [
-            beside_instant(approach, *approach_m2_s2) * instant_s2,
-            beside_instant(gap, *gap_m2) * per_s4 * instant_s2,
+            beside_instant(approach, approach_m2_s2) * instant_s2,
+            beside_instant(gap, gap_m2) * per_s4 * instant_s2,
         ]
     }
 }
@@ -328,14 +305,11 @@ mod tests {
         stator.covariance.replace_state(JUMP, jump_m2_s2);
         stator.covariance.replace_state(INSTANT, PERIOD_S * PERIOD_S / 12.0);
         stator.covariance.replace_state(PAIR_AMPLITUDES, 100.0);
-        let mut hypotheses = [0, 1].map(PairHypothesis::of);
-        for hypothesis in &mut hypotheses {
-            stator.linearise(hypothesis, &impact, &Row::zeros(), &tuning.contact);
-        }
-        let [vague, true_one] = hypotheses.each_ref().map(|hypothesis| stator.score(hypothesis).misfit);
+        let [vague, true_one] =
+            [0, 1].map(|pair| stator.score(&stator.linearise(pair, &impact, &Row::zeros())).misfit);
         assert!(vague < true_one, "the case is as described: {vague} {true_one}");
-        let associated = stator.associate(&impact, &mut hypotheses, &tuning.contact);
-        assert_eq!(associated.map(|association| association.pair).ok(), Some(1));
+        let associated = stator.associate(&impact, None, NOISE_LOG_ODDS);
+        assert_eq!(associated.map(|association| association.hypothesis.pair).ok(), Some(1));
     }
 
     /// The height is known to 1 um, the jump to 0.2 mm/s and the instant to 1.4 us, all else exactly. A gap that is off
@@ -360,8 +334,7 @@ mod tests {
             behind_s: 0.0,
             drift_m_s: 0.0,
         };
-        let mut hypothesis = PairHypothesis::of(0);
-        stator.linearise(&mut hypothesis, &impact, &Row::zeros(), &tuning.contact);
+        let hypothesis = stator.linearise(0, &impact, &Row::zeros());
         let [approach_s2, gap_s2] = stator.score(&hypothesis).second_order;
         let fastest_s2 = (core::f64::consts::TAU * params.get(Parameter::ModeCFrequency)).powi(2);
         let approach_m2_s2 = stator.approach_per_jump.powi(2) * jump_m2_s2;
@@ -392,10 +365,9 @@ mod tests {
             stator.height_m = 3e-7;
             stator.covariance.replace_state(JUMP, impact.jump_m2_s2);
             stator.covariance.replace_state(INSTANT, PERIOD_S * PERIOD_S / 12.0);
-            let contact = ContactTuning { noise_log_odds, ..tuning.contact };
-            stator.associate(&impact, &mut [0, 1].map(PairHypothesis::of), &contact)
+            stator.associate(&impact, None, noise_log_odds)
         };
-        let noise = associated(tuning.contact.noise_log_odds).err().expect("noise");
+        let noise = associated(NOISE_LOG_ODDS).err().expect("noise");
         assert!((100.0..500.0).contains(&noise.excess_misfit), "{}", noise.excess_misfit);
         assert!(associated(2.0 * noise.excess_misfit).is_ok());
     }

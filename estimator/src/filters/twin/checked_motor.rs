@@ -16,10 +16,7 @@ pub struct CheckedMotor<T: Real> {
     pub(super) stator: Stator<T>,
     /// Mass ratio of rotor and stator at a tooth.
     pub(super) tooth_mass_ratio: f64,
-    pub(super) restitution: f64,
     pub(super) tooth_radius_m: f64,
-    /// Largest kick per jump, `mu m_r R_t / J`, in rad/m.
-    pub(super) kick_per_jump_rad_m: f64,
 }
 
 impl<T: Real> CheckedMotor<T> {
@@ -28,17 +25,11 @@ impl<T: Real> CheckedMotor<T> {
     /// # Errors
     /// When the model refuses the parameters.
     pub fn try_new(params: &MotorParams) -> Result<Self, OutOfBounds> {
-        let tooth_radius_m = params.get(Parameter::ToothRadius);
         Ok(Self {
             modes: Mode::all(params)?,
             stator: Stator::try_new(params, DriveTuning::Resonant, PERIOD_S)?,
             tooth_mass_ratio: params.tooth_mass_ratio(),
-            restitution: params.get(Parameter::Restitution),
-            tooth_radius_m,
-            kick_per_jump_rad_m: params.get(Parameter::Friction)
-                * params.get(Parameter::RotorMass)
-                * tooth_radius_m
-                / params.get(Parameter::RotorInertia),
+            tooth_radius_m: params.get(Parameter::ToothRadius),
         })
     }
 }

@@ -14,11 +14,16 @@
 use motor_model::Real;
 
 use super::measured_impact::MeasuredImpact;
+use super::modes_at::entries;
 use super::states::{HEIGHT, INSTANT, JUMP, MASS_RATIO, RESTITUTION, Row, entry};
 use super::stator::StatorFilter;
 use super::tooth::{by_amplitude, by_angle};
-use super::tuning::ContactTuning;
 
+/// Standard deviation of the gap, in m, and as a part of the tooth's swing in modes B and C. Tuned.
+const GAP_M: f64 = 1.2e-8;
+const GAP_PER_SWING: f64 = 3e-4;
+/// Standard deviation of the approach as a part of it. Tuned.
+const APPROACH_PART: f64 = 0.001;
 /// Least variance of the approach, in m^2/s^2: 0.1 mm/s, half of the vibrometer's noise. Assumed, so that an approach
 /// near zero is not taken as exact.
 const APPROACH_M2_S2: f64 = 1e-8;
@@ -41,7 +46,6 @@ impl<T: Real> StatorFilter<T> {
         impact: &MeasuredImpact<T>,
         pair: usize,
         errors: &Row<T>,
-        contact: &ContactTuning<T>,
     ) -> [ContactMeasurement<T>; 2] {
         let (zero, one) = (T::zero(), T::one());
         let back_s = impact.back_s(entry(errors, INSTANT));
@@ -61,9 +65,13 @@ impl<T: Real> StatorFilter<T> {
                 + parameter(RESTITUTION));
         let swing = (phi.y * modes.displacement_m.y).abs() + (phi.z * modes.displacement_m.z).abs();
         let square = |x: T| x * x;
+        let measured = |row: Row<T>, value: T, noise: T| {
+            let innovation = row.dot(errors) - value;
+            ContactMeasurement { row, innovation, noise }
+        };
 
         let gap_row = tooth.row(
-            modes.entries(one, phi, |r| [-r.c, -r.s]),
+            entries(&modes.responses, one, phi, |r| [-r.c, -r.s]),
             [impact.before_m_s - speed, zero],
             [zero; 2],
             [-phi_by_amplitude.dot(&modes.displacement_m), -phi_by_angle.dot(&modes.displacement_m)],
@@ -71,25 +79,18 @@ impl<T: Real> StatorFilter<T> {
         let gap_m = self.height_m + entry(errors, HEIGHT)
             - impact.before_m_s * back_s
             - phi.dot(&modes.displacement_m);
-        let gap = ContactMeasurement {
-            innovation: gap_row.dot(errors) - gap_m,
-            row: gap_row,
-            noise: square(contact.gap_m) + square(contact.gap_per_swing * swing),
-        };
+        let gap_m2 = square(T::from_f64(GAP_M)) + square(T::from_f64(GAP_PER_SWING) * swing);
         let by_parts = self.approach_per_jump * jump_m_s;
         let by_amplitude = phi_by_amplitude.dot(&modes.velocity_m_s) - share_by_amplitude * by_parts;
         let approach_row = tooth.row(
-            modes.entries(zero, phi, |r| [r.c_rate, r.s_rate]),
+            entries(&modes.responses, zero, phi, |r| [r.c_rate, r.s_rate]),
             [phi.dot(&modes.acceleration_m_s2), -per_jump],
             [-self.recoil_share * by_parts, -by_parts],
             [by_amplitude, phi_by_angle.dot(&modes.velocity_m_s)],
         );
         let surplus_m_s = speed - impact.before_m_s - per_jump * jump_m_s;
-        let approach = ContactMeasurement {
-            innovation: approach_row.dot(errors) - surplus_m_s,
-            row: approach_row,
-            noise: T::from_f64(APPROACH_M2_S2) + square(contact.approach_part * per_jump * jump_m_s),
-        };
-        [gap, approach]
+        let approach_m2_s2 =
+            T::from_f64(APPROACH_M2_S2) + square(T::from_f64(APPROACH_PART) * per_jump * jump_m_s);
+        [measured(gap_row, gap_m, gap_m2), measured(approach_row, surplus_m_s, approach_m2_s2)]
     }
 }

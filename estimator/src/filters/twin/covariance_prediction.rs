@@ -33,15 +33,12 @@ impl<T: Real> StatorFilter<T> {
     /// Predicts the covariance, and adds to the motion what is `left` of the last impact: noise at the last prediction.
     #[inline(never)]
     fn predict_beside(&mut self, left: [NoiseSource<T, INSTANT>; IMPACT_STATES]) {
-        if self.pending_periods > 0 {
-            self.step_sensitivities();
-        }
+        self.step_sensitivities();
         let [a, b, c] = self.sensitivities.map(|mode| mode.transition);
         let blocks = Blocks2([Matrix2::identity(), a, b, c]);
         let [jump, instant] = left.map(|left| NoiseSource { gain: blocks.carry(&left.gain), ..left });
         let of_state = |state: usize, per_s: T| {
-            let mut gain = SVector::<T, INSTANT>::zeros();
-            gain.as_mut_slice().iter_mut().skip(state).take(1).for_each(|entry| *entry = T::one());
+            let gain = SVector::from_fn(|index, _| if index == state { T::one() } else { T::zero() });
             NoiseSource { gain, variance: per_s * self.unpredicted_s }
         };
         let [a, b, c] = self.velocity_noise_m2_s3;
@@ -63,9 +60,7 @@ impl<T: Real> StatorFilter<T> {
 
     /// `F e`: the present errors of states whose errors were `errors` when the covariance was last predicted.
     pub(super) fn carry_errors(&mut self, errors: &mut Errors<T>) {
-        if self.pending_periods > 0 {
-            self.step_sensitivities();
-        }
+        self.step_sensitivities();
         let [a, b, c] = self.sensitivities.map(|mode| mode.transition);
         let (of_a, [of_b, of_c]) = self.parameter_columns();
         carry_mode(errors, MODES, &a, &of_a);
@@ -99,6 +94,9 @@ impl<T: Real> StatorFilter<T> {
     #[inline(never)]
     pub(super) fn step_sensitivities(&mut self) {
         let periods = core::mem::take(&mut self.pending_periods);
+        if periods == 0 {
+            return;
+        }
         let mut sums = core::mem::take(&mut self.input_sums);
         sums.add(&self.state.modes, self.phasor, T::from_f64(-0.5));
         let (h, count) = (T::from_f64(PERIOD_S), T::from_i32(i32::from(periods)));

@@ -2,16 +2,16 @@
 
 use motor_model::{Real, Time};
 
-use super::TwinFilter;
-use super::kick_record::KickRecord;
-use super::measured_impact::{ExplainedImpact, MeasuredImpact, Uncertain};
-use super::misfit_monitor::MisfitMonitor;
-use super::rotor::FactorKnowledge;
-use super::told::ToldKick;
+use super::measured_impact::ExplainedImpact;
+use super::{KickRecord, MeasuredImpact, MisfitMonitor, TwinFilter, TwinTuning, Uncertain};
 use crate::innovation::{ContactInnovation, ImpactInnovation, Rejection, Verdict};
 
 /// A longer time without samples, in s, leaves open which pair was in contact, and where: a quarter of mode A's period.
 const LONGEST_WITHIN_S: f64 = 31e-6;
+
+/// Without drive the first jump below this ends the updates of the stator, in m/s: a rotor that lands chatters and
+/// slides, which the contact measurements do not describe. Assumed.
+const LANDING_M_S: f64 = 1e-2;
 
 /// What a jump that is too large for noise and fits no pair counts as in the mean misfit. Two impacts within a period
 /// make some, after which the stator filter finds the motion again; twenty in a row show that it does not.
@@ -33,8 +33,7 @@ impl<T: Real> TwinFilter<T> {
             self.record_kick(self.riding_kick(at, impact));
             return None;
         }
-        self.stator_follows &=
-            self.drive.mode().is_some() || impact.jump_m_s > self.tuning.contact.landing_m_s;
+        self.stator_follows &= self.drive.mode().is_some() || impact.jump_m_s > T::from_f64(LANDING_M_S);
         if !self.stator_follows {
             self.record_kick(self.unexplained_kick(at, impact));
             return None;
@@ -57,7 +56,9 @@ impl<T: Real> TwinFilter<T> {
         impact: &MeasuredImpact<T>,
     ) -> (KickRecord<T>, ContactInnovation<T>, Verdict) {
         let refused = Verdict::Rejected(Rejection::Gate);
-        let updated = self.stator.update_by_impact(impact, &self.tuning);
+        let uniform_s2 = impact.within_s * impact.within_s * T::from_f64(1.0 / 12.0);
+        let (instant_s2, beside_m_s) = (self.told.instant_s2(uniform_s2), self.tuning.tooth_velocity_m_s);
+        let updated = self.stator.update_by_impact(impact, instant_s2, self.told.pair(), beside_m_s);
         let (contact, misfit) = match &updated {
             Ok(explained) => (explained.innovation, Some(explained.misfit)),
             Err(unassociated) => {
@@ -77,7 +78,7 @@ impl<T: Real> TwinFilter<T> {
             Err(unassociated) => {
                 self.raise_at_midpoint(impact);
                 let kick = if impact.may_be_noise() {
-                    self.unassociated_kick(at, impact, unassociated)
+                    self.unassociated_kick(at, impact, unassociated.excess_misfit)
                 } else {
                     self.unexplained_kick(at, impact)
                 };
@@ -100,7 +101,7 @@ impl<T: Real> TwinFilter<T> {
 
     /// The kick of an explained impact. The sample `within_s` before `at` did not show it: it is later than that one.
     fn explained_kick(&self, at: Time, within_s: T, explained: &ExplainedImpact<T>) -> KickRecord<T> {
-        let (c, s) = (self.kick_per_jump_rad_m, self.per_radius_m);
+        let (c, s) = (self.tuning.without_stator.kick_per_jump_rad_m, self.per_radius_m);
         let ExplainedImpact { back, jump, tooth_velocity, .. } = *explained;
         let whole_nanos = |seconds: T| (seconds * T::from_f64(1e9)).whole();
         let back_nanos = whole_nanos(back.value).min(whole_nanos(within_s) - 1);
@@ -114,20 +115,17 @@ impl<T: Real> TwinFilter<T> {
             },
             unknown_rad2_s2: self.undetected_rad2_s2(),
             refinable: true,
-            factors: FactorKnowledge::AsBefore,
-            told: ToldKick::nothing(),
+            ..KickRecord::default()
         }
     }
 
     /// Variance of the kicks by impacts below the detector's threshold. Where those are many, as under a rotor that
     /// hops on a weakly driven stator, the detected ones fit the model badly, so it grows with the mean misfit.
     pub(super) fn undetected_rad2_s2(&self) -> T {
-        let threshold_rad_s = self.kick_per_jump_rad_m * self.detector.threshold_m_s();
-        self.tuning.chatter_rad2_s2
-            + self.tuning.undetected_part2
-                * (self.misfit.variance_inflation() - T::one())
-                * threshold_rad_s
-                * threshold_rad_s
+        let TwinTuning { without_stator, chatter_rad2_s2, undetected_part2, .. } = &self.tuning;
+        let threshold_rad_s = without_stator.kick_per_jump_rad_m * self.detector.threshold_m_s();
+        let part2 = *undetected_part2 * (self.misfit.variance_inflation() - T::one());
+        *chatter_rad2_s2 + part2 * threshold_rad_s * threshold_rad_s
     }
 
     /// Noise variance of a vibrometer sample at the scale that was learnt.
@@ -149,9 +147,9 @@ mod tests {
 
     use super::*;
     use crate::filter::AngleFilter as _;
+    use crate::filters::twin::CheckedMotor;
     use crate::filters::twin::states::{HEIGHT, INSTANT};
     use crate::filters::twin::tests::filter;
-    use crate::filters::twin::{CheckedMotor, TwinTuning};
     use crate::instruments::Instruments;
 
     /// An impact at the very start of its period, between the samples at 995 and 1,000 us: the first of them did not

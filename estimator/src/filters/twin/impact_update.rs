@@ -25,16 +25,20 @@ use motor_model::Real;
 use nalgebra::Vector3;
 use ud_filter::WhitenedMeasurement;
 
-use super::association::{Association, PairHypothesis};
+use super::association::{Association, NOISE_LOG_ODDS, PairHypothesis};
 use super::measured_impact::{ExplainedImpact, MeasuredImpact, UnassociatedImpact, Uncertain};
-use super::modes_at::ModesAt;
-use super::states::{Errors, HEIGHT, INSTANT, JUMP, MASS_RATIO, Row, TOOTH_ANGLE};
+use super::modes_at::entries;
+use super::states::{Errors, HEIGHT, INSTANT, JUMP, MASS_RATIO, PAIR_AMPLITUDES, Row, TOOTH_ANGLE};
 use super::stator::StatorFilter;
 use super::tooth::{Tooth, by_amplitude, by_angle};
-use super::tuning::TwinTuning;
+
+/// The logarithm of the odds where the filter is told that a pair struck: no misfit reaches it.
+const NO_NOISE_LOG_ODDS: f64 = 1e30;
 
 impl<T: Real> StatorFilter<T> {
-    /// Updates the stator by an impact within the last period, and applies the transition.
+    /// Updates the stator by an impact within the last period, and applies the transition. The variance of its instant
+    /// is `instant_s2`, its pair of teeth is `told` or `None`, and the tooth's velocity has errors of standard
+    /// deviation `beside_m_s` beside those of the stator.
     ///
     /// # Errors
     /// When the impact fits neither pair of teeth and counts as noise.
@@ -42,29 +46,24 @@ impl<T: Real> StatorFilter<T> {
     pub(super) fn update_by_impact(
         &mut self,
         impact: &MeasuredImpact<T>,
-        tuning: &TwinTuning<T>,
+        instant_s2: T,
+        told: Option<u8>,
+        beside_m_s: T,
     ) -> Result<ExplainedImpact<T>, UnassociatedImpact<T>> {
-        let contact = &tuning.contact;
-        let instant_s2 = impact.within_s * impact.within_s * T::from_f64(1.0 / 12.0);
-        self.predict_to_impact(self.told.instant_s2(instant_s2), impact.jump_m2_s2);
+        self.predict_to_impact(instant_s2, impact.jump_m2_s2);
         self.at_rest = false;
-        let mut hypotheses = [PairHypothesis::of(0), PairHypothesis::of(1)];
-        let Association { pair, second_order, next_errors, innovation, misfit } =
-            self.associate(impact, &mut hypotheses, contact)?;
-        let [of_zero, of_one] = &mut hypotheses;
-        let hypothesis = if pair == 0 { of_zero } else { of_one };
-        if let Some(errors) = next_errors {
-            self.linearise(hypothesis, impact, &errors, contact);
-        }
-        let errors = self.update_by_pair(impact, hypothesis, second_order);
+        let noise_log_odds = if told.is_some() { NO_NOISE_LOG_ODDS } else { NOISE_LOG_ODDS };
+        let Association { hypothesis, second_order, innovation, misfit } =
+            self.associate(impact, told, T::from_f64(noise_log_odds))?;
+        let errors = self.update_by_pair(impact, &hypothesis, second_order);
         self.jump_m_s = impact.jump_m_s;
         self.correct(&errors);
         let instant_s = errors.as_slice().get(INSTANT).copied().unwrap_or_default();
         let back =
             Uncertain { value: impact.back_s(instant_s), variance: self.covariance.variance::<INSTANT>() };
-        let tooth = self.tooth(pair, &Row::zeros());
+        let tooth = self.tooth(hypothesis.pair, &Row::zeros());
         let stator_back_s = back.value - impact.behind_s;
-        let tooth_velocity = self.begin_tooth_velocity(&tooth, stator_back_s, tuning.tooth_velocity_m_s);
+        let tooth_velocity = self.begin_tooth_velocity(&tooth, stator_back_s, beside_m_s);
         self.apply_recoil(&tooth, back.value, impact.behind_s);
         let jump = Uncertain { value: self.jump_m_s, variance: self.covariance.variance::<JUMP>() };
         Ok(ExplainedImpact { back, jump, tooth_velocity, innovation, misfit })
@@ -108,7 +107,7 @@ impl<T: Real> StatorFilter<T> {
         let modes = self.modes_at(back_s, &Row::zeros());
         let (zero, velocity_m_s) = (T::zero(), &modes.velocity_m_s);
         let row = tooth.row(
-            modes.entries(zero, &tooth.lever, |r| [r.c_rate, r.s_rate]),
+            entries(&modes.responses, zero, &tooth.lever, |r| [r.c_rate, r.s_rate]),
             [tooth.lever.dot(&modes.acceleration_m_s2), zero],
             [zero; 2],
             [by_amplitude(&tooth.lever).dot(velocity_m_s), by_angle(&tooth.lever).dot(velocity_m_s)],
@@ -123,24 +122,20 @@ impl<T: Real> StatorFilter<T> {
         let jump = self.jump_m_s;
         let mass_ratio = T::one() + self.parameters.get(MASS_RATIO).copied().unwrap_or_default();
         let responses = self.oscillators.each_ref().map(|oscillator| oscillator.after(back_s - behind_s));
-        let since = ModesAt::<T>::responses_only(responses);
         let recoiled = |recoil: &Vector3<T>, factor: T, height: T| {
-            since.entries(height, &(recoil * factor), |r| [-r.s, -r.s_rate])
+            entries(&responses, height, &(recoil * factor), |r| [-r.s, -r.s_rate])
         };
         let [by_pair_amplitude, by_tooth_angle] = [by_amplitude(&tooth.recoil), by_angle(&tooth.recoil)]
             .map(|recoil| recoiled(&recoil, mass_ratio * jump, T::zero()));
         let by_mass_ratio = recoiled(&tooth.recoil, jump, T::zero());
         let by_jump = recoiled(&tooth.recoil, mass_ratio, back_s);
         let blow = tooth.recoil * (mass_ratio * jump);
-        let by_instant = since.entries(-jump, &blow, |r| [r.s_rate, r.s_acceleration]);
-        let of_tooth = [(tooth.amplitude_state(), by_pair_amplitude), (TOOTH_ANGLE, by_tooth_angle)];
+        let by_instant = entries(&responses, -jump, &blow, |r| [r.s_rate, r.s_acceleration]);
+        let of_tooth = [(PAIR_AMPLITUDES + tooth.pair, by_pair_amplitude), (TOOTH_ANGLE, by_tooth_angle)];
         self.covariance.add_effects(HEIGHT, &of_tooth);
         self.covariance.add_effects(HEIGHT, &[(MASS_RATIO, by_mass_ratio)]);
         self.covariance.add_effects(HEIGHT, &[(INSTANT, by_instant), (JUMP, by_jump)]);
-        let [height, g_a, v_a, g_b, v_b, g_c, v_c] = by_jump.map(|entry| entry * jump);
-        self.state.modes.displacement_m += Vector3::new(g_a, g_b, g_c);
-        self.state.modes.velocity_m_s += Vector3::new(v_a, v_b, v_c);
-        self.height_m += height;
+        self.move_by(by_jump.map(|entry| entry * jump));
     }
 }
 
@@ -149,8 +144,10 @@ mod tests {
     use motor_model::MotorParams;
 
     use super::*;
+    use crate::filters::twin::TwinTuning;
     use crate::filters::twin::checked_motor::{CheckedMotor, PERIOD_S};
-    use crate::filters::twin::states::{STATES, set_entry};
+    use crate::filters::twin::states::STATES;
+    use crate::filters::twin::tests::set_entry;
     use crate::instruments::Instruments;
 
     /// A stator that swings in mode B, an impact of a tooth `back_s` before the end of the period that approaches the
@@ -183,7 +180,6 @@ mod tests {
     fn negative_log_posterior(
         stator: &StatorFilter<f64>,
         impact: &MeasuredImpact<f64>,
-        tuning: &TwinTuning<f64>,
         normals: &Errors<f64>,
     ) -> f64 {
         let variances = stator.covariance.variances();
@@ -191,22 +187,22 @@ mod tests {
         for state in (HEIGHT..=JUMP).chain(MASS_RATIO..STATES) {
             set_entry(&mut errors, state, normals[state] * variances[state].sqrt());
         }
-        let measurements = stator.contact_measurements(impact, 0, &errors, &tuning.contact);
+        let measurements = stator.contact_measurements(impact, 0, &errors);
         let misfits = measurements.iter().map(|m| (m.row.dot(&errors) - m.innovation).powi(2) / m.noise);
         normals.norm_squared() + misfits.sum::<f64>()
     }
 
     /// The minimum over all errors, by steps that shrink along every state in turn.
-    fn minimum(stator: &StatorFilter<f64>, impact: &MeasuredImpact<f64>, tuning: &TwinTuning<f64>) -> f64 {
+    fn minimum(stator: &StatorFilter<f64>, impact: &MeasuredImpact<f64>) -> f64 {
         let mut normals = Errors::zeros();
-        let (mut least, mut step) = (negative_log_posterior(stator, impact, tuning, &normals), 1.0);
+        let (mut least, mut step) = (negative_log_posterior(stator, impact, &normals), 1.0);
         while step > 1e-6 {
             let before = least;
             for state in 0..STATES {
                 for way in [-step, step] {
                     let mut tried = normals;
                     tried[state] += way;
-                    let value = negative_log_posterior(stator, impact, tuning, &tried);
+                    let value = negative_log_posterior(stator, impact, &tried);
                     if value < least {
                         (normals, least) = (tried, value);
                     }
@@ -225,13 +221,13 @@ mod tests {
     /// some microseconds off, the misfit is 7 to 13 % beside it.
     #[test]
     fn dual_the_misfit_is_the_minimum_of_the_negative_log_posterior() {
-        let tuning = TwinTuning::new(&MotorParams::nominal(), &Instruments::default());
         for (back_s, speed_m_s) in [(0.6e-6, 0.12), (1.0e-6, 0.1), (4.0e-6, 0.15), (4.6e-6, 0.2)] {
             let (mut stator, impact) = impact_of(back_s, speed_m_s);
             stator.covariance.replace_state(JUMP, impact.jump_m2_s2);
-            stator.covariance.replace_state(INSTANT, impact.within_s * impact.within_s / 12.0);
-            let least = minimum(&stator, &impact, &tuning);
-            let explained = stator.update_by_impact(&impact, &tuning).expect("an impact");
+            let instant_s2 = impact.within_s * impact.within_s / 12.0;
+            stator.covariance.replace_state(INSTANT, instant_s2);
+            let least = minimum(&stator, &impact);
+            let explained = stator.update_by_impact(&impact, instant_s2, None, 3.5e-5).expect("an impact");
             let (misfit, back) = (explained.misfit, explained.back.value);
             assert!((misfit - least).abs() < 0.01 * least, "{back_s:e}: {misfit} {least}");
             assert!((back - back_s).abs() < 6e-8, "{back_s:e}: {back:e}");

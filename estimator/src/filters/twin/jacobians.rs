@@ -11,9 +11,10 @@ use super::checked_motor::{CheckedMotor, PERIOD_S};
 use super::measured_impact::MeasuredImpact;
 use super::states::{
     DRIVE_PHASE, Errors, HEIGHT, INSTANT, JUMP, MASS_RATIO, MODE_PARAMETERS, MODES, PAIR_AMPLITUDES, Row,
-    STATES, TOOTH_ANGLE, TOOTH_VELOCITY, entry, set_entry,
+    STATES, TOOTH_ANGLE, TOOTH_VELOCITY, entry,
 };
 use super::stator::StatorFilter;
+use super::tests::set_entry;
 use super::tuning::TwinTuning;
 use crate::instruments::Instruments;
 
@@ -132,11 +133,9 @@ fn held_drive_m_s2(stator: &StatorFilter<f64>) -> f64 {
 #[test]
 fn dual_the_rows_of_a_contact_are_quotients_of_gap_and_approach() {
     let stator = driven(&MotorParams::nominal(), DriveMode::B);
-    let tuning = TwinTuning::new(&MotorParams::nominal(), &Instruments::default());
     for (pair, behind_s) in [(0, 0.0), (1, 0.0), (0, 3e-6)] {
         let impact = struck(behind_s);
-        let measured =
-            |errors: &Row<f64>| stator.contact_measurements(&impact, pair, errors, &tuning.contact);
+        let measured = |errors: &Row<f64>| stator.contact_measurements(&impact, pair, errors);
         let rows = measured(&Row::zeros()).map(|measurement| measurement.row);
         for state in (HEIGHT..=JUMP).chain(MASS_RATIO..STATES) {
             let expected = quotient(state, |by| {

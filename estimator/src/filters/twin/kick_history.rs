@@ -3,36 +3,24 @@
 //! A late frame is fused at its exposure, so the kicks since the oldest frame kept are kept too, up to
 //! [`crate::IMPACTS_KEPT_MAX`], as in [`crate::ImpactAided`].
 
-use motor_model::{DriveMode, Real, Time};
+use motor_model::{Real, Time};
 
-use super::TwinFilter;
-use super::kick_record::KickRecord;
-use super::process::TwinProcess;
+use super::process::{PropagatedTrack, TwinProcess, twin_process};
 use super::rotor::FactorKnowledge;
+use super::{KickRecord, TwinFilter};
 
 impl<T: Real> TwinFilter<T> {
     /// The process up to `now`, that goes on from the propagated track.
     pub(super) fn process(&self, now: Time) -> TwinProcess<'_, T> {
-        let next_impact = &self.tuning.without_stator.next_impact;
-        TwinProcess {
-            tuning: &self.tuning,
-            kicks: &self.kicks,
-            motions: self.watch.motions(now),
-            strength: &self.walk,
-            taken_since: self.kick_use.since,
-            unseen: next_impact.unseen(&self.detector, self.drive, self.kick_use.taken),
-            propagated: self.propagated.as_ref(),
-        }
+        twin_process!(self, now, self.propagated.as_ref())
     }
 
     /// Predicts the track through the kicks since the last frame again, after the track has moved.
     #[inline(never)]
     pub(super) fn propagate(&mut self) {
-        (self.propagated, self.newest_refined) = (None, false);
-        let process = self.process(self.watch.clock());
-        let propagated =
-            self.tracker.track().and_then(|track| process.propagate(&track.state, track.resting));
-        self.propagated = propagated;
+        self.newest_refined = false;
+        let (process, track) = (self.process(self.watch.clock()), self.tracker.track());
+        self.propagated = track.and_then(|track| process.propagate(&track.state, track.resting));
     }
 
     /// Applies the newest kick again, if it has been refined.
@@ -43,8 +31,9 @@ impl<T: Real> TwinFilter<T> {
             if self.kicks.back().is_some_and(|kick| kick.told.is_small()) {
                 return self.propagate();
             }
-            let process = self.process(self.watch.clock());
-            self.propagated = Some(process.with_newest(&propagated));
+            let PropagatedTrack { from, resting, before_newest, .. } = &propagated;
+            self.propagated =
+                Some(self.process(self.watch.clock()).with_newest(*from, *resting, before_newest));
         }
     }
 
@@ -52,35 +41,25 @@ impl<T: Real> TwinFilter<T> {
     #[inline(never)]
     pub(super) fn record_kick(&mut self, mut kick: KickRecord<T>) {
         self.reapply_newest_kick();
-        self.told.improve(&mut kick, self.kick_per_jump_rad_m, self.undetected_rad2_s2());
+        #[cfg(feature = "tell")]
+        self.improve_as_told(&mut kick);
         if !self.kick_use.taken {
             return;
         }
         let Some(track) = self.tracker.track() else { return };
         kick.at = kick.at.max(track.state.at.plus_nanos(1));
-        if let Some(mode) = self.drive.mode() {
-            let before: Option<DriveMode> = self.last_kick_mode.replace(mode);
-            if before.is_some_and(|before| before != mode) {
-                kick.factors = FactorKnowledge::OfAnotherMode;
-            }
+        if let Some(mode) = self.drive.mode()
+            && self.last_kick_mode.replace(mode).is_some_and(|before| before != mode)
+        {
+            kick.factors = FactorKnowledge::OfAnotherMode;
         }
-        if self.kick_use.take_doubt() {
+        if core::mem::take(&mut self.kick_use.doubted) {
             kick.factors = FactorKnowledge::Prior;
         }
         if let Some(oldest) = self.kicks.front().map(|kick| kick.at)
             && self.kicks.is_full()
         {
-            // Written out, since the process borrows the kicks while the tracker changes.
-            let next_impact = &self.tuning.without_stator.next_impact;
-            let process = TwinProcess {
-                tuning: &self.tuning,
-                kicks: &self.kicks,
-                motions: self.watch.motions(self.watch.clock()),
-                strength: &self.walk,
-                taken_since: self.kick_use.since,
-                unseen: next_impact.unseen(&self.detector, self.drive, self.kick_use.taken),
-                propagated: None,
-            };
+            let process = twin_process!(self, self.watch.clock(), None);
             self.tracker.advance_to(oldest, &process);
             self.drop_old_kicks();
             if let (Some(propagated), Some(track)) = (&mut self.propagated, self.tracker.track()) {
@@ -90,22 +69,20 @@ impl<T: Real> TwinFilter<T> {
         // There is room now.
         let _ = self.kicks.push_back(kick);
         let Some(propagated) = self.propagated else { return self.propagate() };
-        let process = self.process(self.watch.clock());
-        self.propagated = Some(process.extend(&propagated));
+        let PropagatedTrack { from, resting, state, .. } = &propagated;
+        self.propagated = Some(self.process(self.watch.clock()).with_newest(*from, *resting, state));
     }
 
     /// Drops the kicks before the oldest frame kept.
     pub(super) fn drop_old_kicks(&mut self) {
         let Some(at) = self.tracker.horizon() else { return };
-        while self.kicks.front().is_some_and(|kick| kick.at <= at) {
-            self.kicks.pop_front();
-        }
+        while self.kicks.pop_front_if(|kick| kick.at <= at).is_some() {}
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use motor_model::{Angle, DriveCommand};
+    use motor_model::{Angle, DriveCommand, DriveMode};
 
     use super::*;
     use crate::filter::AngleFilter as _;

@@ -19,7 +19,7 @@ use crate::filters::impact_aided::IMPACTS_KEPT_MAX;
 use crate::filters::kick::KickMoments;
 
 /// What is known of the kick by one impact.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct KickRecord<T> {
     pub(super) at: Time,
     /// Variance of the instant, in s^2.
@@ -46,29 +46,20 @@ pub(super) type RotorState<T> = State<T, RotorCovariance<T>>;
 
 impl<T: Real> KickRecord<T> {
     /// A kick of unknown sign with this variance.
-    pub(super) fn of_unknown_sign(at: Time, variance_rad2_s2: T) -> Self {
-        let zero = Uncertain { value: T::zero(), variance: T::zero() };
-        Self {
-            at,
-            at_s2: T::zero(),
-            kick_max_rad_s: zero,
-            tooth_rate_rad_s: zero,
-            unknown_rad2_s2: variance_rad2_s2,
-            refinable: false,
-            factors: FactorKnowledge::AsBefore,
-            told: ToldKick::nothing(),
-        }
+    pub(super) fn of_unknown_sign(at: Time, unknown_rad2_s2: T) -> Self {
+        Self { at, unknown_rad2_s2, ..Self::default() }
     }
 
     /// Applies the kick to the rate, and its Jacobian and noise to the covariance.
     pub(super) fn apply<B: KickedCovariance<T>>(&self, state: &mut State<T, B>) {
+        #[cfg(feature = "tell")]
         if self.told.apply(state) {
             return;
         }
-        let rotor = &mut state.covariance;
-        rotor.doubt_factors(self.factors);
-        let [friction, tooth_factor] = self.told.factors(rotor.factors());
-        let [friction_part, tooth_part] = self.told.error_parts();
+        state.covariance.doubt_factors(self.factors);
+        let rotor = state.covariance.rotor();
+        let ([friction, tooth_factor], [friction_part, tooth_part]) =
+            self.told.factors([rotor.friction, rotor.tooth_factor]);
         let friction = if friction > T::zero() { friction } else { T::zero() };
         let (kick_max, tooth) = (self.kick_max_rad_s, self.tooth_rate_rad_s);
         let kick_max_rad_s = if kick_max.value > T::zero() { kick_max.value * friction } else { T::zero() };
@@ -76,13 +67,14 @@ impl<T: Real> KickRecord<T> {
         let square = |x: T| x * x;
         // Whether the teeth stick depends on slip and largest kick alike: the uncertainty of both blurs the corner.
         let [friction2, tooth_factor2] = rotor.factor_variances();
-        let slip_rad2_s2 =
-            rotor.rate_rad2_s2() + tooth.variance + tooth_part * tooth_factor2 * square(tooth.value);
+        let slip_rad2_s2 = state.covariance.rate_rad2_s2()
+            + tooth.variance
+            + tooth_part * tooth_factor2 * square(tooth.value);
         let kick_max_rad2_s2 =
             friction_part * friction2 * square(kick_max.value) + square(friction) * kick_max.variance;
         let width = square_root(T::from_f64(3.0) * (slip_rad2_s2 + kick_max_rad2_s2));
         let kick = KickMoments::new(slip, width, kick_max_rad_s);
-        rotor.kick(&KickJacobian {
+        state.covariance.kick(&KickJacobian {
             by_rate: -kick.per_slip,
             by_friction: friction_part * kick.per_limit * kick_max.value,
             by_tooth_factor: tooth_part * kick.per_slip * tooth.value,

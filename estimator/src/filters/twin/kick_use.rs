@@ -44,7 +44,7 @@ pub(super) struct KickUse {
     until: Time,
     doublings: u8,
     /// Whether the kicks before the next one were contradicted.
-    doubted: bool,
+    pub(super) doubted: bool,
 }
 
 impl KickUse {
@@ -63,11 +63,6 @@ impl KickUse {
         self.until = now.plus_nanos(self.span_nanos());
         self.doublings = (self.doublings + 1).min(DOUBLINGS_MAX);
         self.doubted = true;
-    }
-
-    /// Whether the kicks before this one, which is the first since, were contradicted.
-    pub(super) fn take_doubt(&mut self) -> bool {
-        core::mem::take(&mut self.doubted)
     }
 
     /// The contradictions so far were those of a fault that has ended.

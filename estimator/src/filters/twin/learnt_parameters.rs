@@ -8,9 +8,8 @@
 use motor_model::{Real, Time};
 use ud_filter::UdCovariance;
 
-use super::TwinFilter;
-use super::states::{DRIVE_PHASE, Errors, MODE_PARAMETERS, STATES};
-use super::stator::StatorFilter;
+use super::states::{DRIVE_PHASE, Errors, MODE_PARAMETERS, PRIOR, STATES};
+use super::{StatorFilter, TwinFilter};
 
 /// Time between two copies: a fault is told within it, see the tests of the vibrometer's faults.
 const APART_NANOS: u64 = 150_000_000;
@@ -26,44 +25,21 @@ pub(super) struct LearntParameters<T> {
 }
 
 /// Two copies of what was learnt.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LearntCopies<T> {
     older: Option<LearntParameters<T>>,
     newer: Option<(Time, LearntParameters<T>)>,
 }
 
-impl<T: Real> LearntCopies<T> {
-    /// None yet.
-    pub(super) fn none() -> Self {
-        Self { older: None, newer: None }
-    }
-
-    /// Whether a copy is due.
-    fn is_due(&self, at: Time) -> bool {
-        self.newer.is_none_or(|(taken_at, _)| at >= taken_at.plus_nanos(APART_NANOS))
-    }
-}
-
-impl<T: Real> StatorFilter<T> {
-    fn learnt(&self) -> LearntParameters<T> {
-        LearntParameters { parameters: self.parameters, covariance: self.covariance.last_states() }
-    }
-
-    /// Sets the motion to its start and the parameters to `learnt`.
-    fn restart_with(&mut self, learnt: &LearntParameters<T>) {
-        self.restart();
-        self.parameters = learnt.parameters;
-        self.covariance.replace_last_states(&learnt.covariance);
-        let phase_rad2 = self.prior_variances.as_slice().get(DRIVE_PHASE).copied().unwrap_or_default();
-        self.covariance.replace_state(DRIVE_PHASE, phase_rad2);
-    }
-}
-
 impl<T: Real> TwinFilter<T> {
     /// Keeps what was learnt, if the stator filter explains the impacts and a copy is due.
     pub(super) fn keep_learnt(&mut self, at: Time) {
-        if self.misfit.is_trusted() && self.learnt.is_due(at) {
-            let before = self.learnt.newer.replace((at, self.stator.learnt()));
+        let newer = self.learnt.newer.as_ref();
+        let is_due = newer.is_none_or(|(taken_at, _)| at >= taken_at.plus_nanos(APART_NANOS));
+        if self.misfit.is_trusted() && is_due {
+            let StatorFilter { parameters, covariance, .. } = &self.stator;
+            let learnt = LearntParameters { parameters: *parameters, covariance: covariance.last_states() };
+            let before = self.learnt.newer.replace((at, learnt));
             // The first copy after a fault has none before it: what was learnt before the fault still counts.
             self.learnt.older = before.map(|(_, learnt)| learnt).or(self.learnt.older);
         }
@@ -75,7 +51,10 @@ impl<T: Real> TwinFilter<T> {
         self.restart_stator();
         // The newer copy may have been taken during the fault.
         if let Some(learnt) = self.learnt.older {
-            self.stator.restart_with(&learnt);
+            self.stator.parameters = learnt.parameters;
+            self.stator.covariance.replace_last_states(&learnt.covariance);
+            let phase_rad = T::from_f64(PRIOR[DRIVE_PHASE]);
+            self.stator.covariance.replace_state(DRIVE_PHASE, phase_rad * phase_rad);
         }
         self.learnt.newer = None;
     }
@@ -111,15 +90,16 @@ mod tests {
     /// The parameters are as well known as they were when they were kept, the drive's phase as at the start.
     #[test]
     fn exact_a_restart_keeps_the_parameters_and_not_the_phase() {
-        let mut stator = filter::<f64>().stator;
+        let mut filter = filter::<f64>();
         for state in MODE_PARAMETERS..STATES {
-            stator.covariance.replace_state(state, 1e-8);
+            filter.stator.covariance.replace_state(state, 1e-8);
         }
-        let learnt = stator.learnt();
-        stator.restart_with(&learnt);
-        let variances = stator.covariance.variances();
+        filter.keep_learnt(Time::ZERO);
+        filter.keep_learnt(Time::from_nanos(APART_NANOS));
+        filter.restart_stator_after_fault();
+        let variances = filter.stator.covariance.variances();
         assert!((MODE_PARAMETERS..DRIVE_PHASE).all(|state| (variances[state] / 1e-8 - 1.0).abs() < 1e-9));
-        let phase_rad2 = stator.prior_variances[DRIVE_PHASE];
+        let phase_rad2 = PRIOR[DRIVE_PHASE] * PRIOR[DRIVE_PHASE];
         assert!((variances[DRIVE_PHASE] / phase_rad2 - 1.0).abs() < 1e-9, "{}", variances[DRIVE_PHASE]);
     }
 }

@@ -5,7 +5,7 @@ use motor_model::Real;
 use crate::innovation::ContactInnovation;
 
 /// A value and the variance of its error.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Uncertain<T> {
     pub(super) value: T,
     pub(super) variance: T,

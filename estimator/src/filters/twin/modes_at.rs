@@ -46,26 +46,17 @@ impl<T: Real> StatorFilter<T> {
     }
 }
 
-impl<T: Real> ModesAt<T> {
-    /// Responses alone, of modes at rest.
-    pub(super) fn responses_only(responses: [Response<T>; 3]) -> Self {
-        let still = Vector3::zeros();
-        Self { displacement_m: still, velocity_m_s: still, acceleration_m_s2: still, responses }
-    }
-
-    /// A row or column of the states 1 to 7: `part` of each mode's response, times the mode's weight; `height` of the
-    /// height.
-    #[inline]
-    pub(super) fn entries(
-        &self,
-        height: T,
-        weights: &Vector3<T>,
-        part: impl Fn(&Response<T>) -> [T; 2],
-    ) -> MotionErrors<T> {
-        let [a, b, c] = &self.responses;
-        let weighted = |response: &Response<T>, weight: T| part(response).map(|entry| weight * entry);
-        let ([g_a, v_a], [g_b, v_b], [g_c, v_c]) =
-            (weighted(a, weights.x), weighted(b, weights.y), weighted(c, weights.z));
-        [height, g_a, v_a, g_b, v_b, g_c, v_c]
-    }
+/// A row or column of the states 1 to 7: `part` of each mode's response, times the mode's weight; `height` of the
+/// height.
+#[inline]
+pub(super) fn entries<T: Real>(
+    [a, b, c]: &[Response<T>; 3],
+    height: T,
+    weights: &Vector3<T>,
+    part: impl Fn(&Response<T>) -> [T; 2],
+) -> MotionErrors<T> {
+    let weighted = |response: &Response<T>, weight: T| part(response).map(|entry| weight * entry);
+    let ([g_a, v_a], [g_b, v_b], [g_c, v_c]) =
+        (weighted(a, weights.x), weighted(b, weights.y), weighted(c, weights.z));
+    [height, g_a, v_a, g_b, v_b, g_c, v_c]
 }

@@ -43,9 +43,7 @@ impl<T: Real> StatorFilter<T> {
             at = at.plus_nanos(to.nanos_since(at) / PERIOD_NANOS * PERIOD_NANOS);
         }
         if self.state.forcing.command() != command {
-            if self.pending_periods > 0 {
-                self.step_sensitivities();
-            }
+            self.step_sensitivities();
             self.state.forcing = self.model.modes().forcing(command);
         }
         while to.nanos_since(at) >= PERIOD_NANOS {

@@ -3,7 +3,6 @@
 use motor_model::{Real, Time};
 
 use super::kick_record::{KickRecords, RotorState};
-use super::propagated_track::PropagatedTrack;
 use super::rotor::{KickedCovariance, RotorCovariance};
 use super::tuning::TwinTuning;
 use super::walk_strength::WalkStrength;
@@ -30,6 +29,45 @@ pub(super) struct TwinProcess<'a, T> {
     pub(super) propagated: Option<&'a PropagatedTrack<T>>,
 }
 
+/// The process of a filter up to an instant; it goes on from a propagated track, if any. A macro borrows no more than
+/// the fields that it names, so that the tracker can change meanwhile.
+macro_rules! twin_process {
+    ($filter:ident, $until:expr, $propagated:expr) => {{
+        let next_impact = &$filter.tuning.without_stator.next_impact;
+        $crate::filters::twin::process::TwinProcess {
+            tuning: &$filter.tuning,
+            kicks: &$filter.kicks,
+            motions: $filter.watch.motions($until),
+            strength: &$filter.walk,
+            taken_since: $filter.kick_use.since,
+            unseen: next_impact.unseen(&$filter.detector, $filter.drive, $filter.kick_use.taken),
+            propagated: $propagated,
+        }
+    }};
+}
+pub(super) use twin_process;
+
+/// The track after all kicks known, so that an estimate of the present costs no more after many kicks than after one.
+///
+/// The newest kick may still be refined, so the track before it is kept too. Each kick is applied under the motion in
+/// which it came.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PropagatedTrack<T> {
+    /// Time of the track from which it was propagated, and whether the rotor rested there.
+    pub(super) from: Time,
+    pub(super) resting: bool,
+    /// Before the newest kick, and after it.
+    pub(super) before_newest: RotorState<T>,
+    pub(super) state: RotorState<T>,
+}
+
+impl<T: Real> PropagatedTrack<T> {
+    /// Whether it lies on the prediction of a track from `from` to `until`.
+    pub(super) fn serves(&self, from: Time, until: Time, resting: bool) -> bool {
+        self.from == from && self.state.at <= until && self.resting == resting
+    }
+}
+
 impl<T: Real> Wander<T> for TwinProcess<'_, T> {
     /// While impacts are detected and kicks are taken the rate wanders only by the impacts that may come after the
     /// newest sample.
@@ -43,7 +81,7 @@ impl<T: Real> Wander<T> for TwinProcess<'_, T> {
                 return Wandering { until: until.min(unseen.until), ..unseen };
             }
         }
-        let random_walk = &self.tuning.constant_rate.random_walk;
+        let random_walk = &self.tuning.without_stator.constant_rate.random_walk;
         let intensity_rad2_s3 = self.strength.under(motion) * random_walk.intensity_rad2_s3(motion, resting);
         Wandering { intensity_rad2_s3, until }
     }
@@ -78,53 +116,38 @@ impl<T: Real> TwinProcess<'_, T> {
         let newest = self.kicks.len().checked_sub(1).filter(|&newest| newest >= first)?;
         let mut before_newest = state.copied();
         (first..newest).for_each(|kick| self.predict_through(&mut before_newest, resting, kick));
-        let track = PropagatedTrack { from: state.at, resting, state: before_newest.copied(), before_newest };
-        Some(self.with_newest(&track))
+        Some(self.with_newest(state.at, resting, &before_newest))
     }
 
-    /// The same track through one kick more.
-    pub(super) fn extend(&self, track: &PropagatedTrack<T>) -> PropagatedTrack<T> {
-        let PropagatedTrack { from, resting, state, .. } = track;
-        self.with_newest(&PropagatedTrack {
-            from: *from,
-            resting: *resting,
-            before_newest: state.copied(),
-            state: state.copied(),
-        })
-    }
-
-    /// The same track with the newest kick applied again, after it was refined.
-    pub(super) fn with_newest(&self, track: &PropagatedTrack<T>) -> PropagatedTrack<T> {
-        let mut state = track.before_newest.copied();
+    /// The track that is propagated `from` an instant on: it stands `before` the newest kick, which is applied.
+    pub(super) fn with_newest(
+        &self,
+        from: Time,
+        resting: bool,
+        before: &RotorState<T>,
+    ) -> PropagatedTrack<T> {
+        let mut state = before.copied();
         if let Some(newest) = self.kicks.len().checked_sub(1) {
-            self.predict_through(&mut state, track.resting, newest);
+            self.predict_through(&mut state, resting, newest);
         }
-        PropagatedTrack {
-            from: track.from,
-            resting: track.resting,
-            before_newest: track.before_newest.copied(),
-            state,
-        }
+        PropagatedTrack { from, resting, before_newest: before.copied(), state }
     }
 
     /// Predicts through all kicks up to `until`, and to it.
     fn through_kicks<B: KickedCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        for index in self.first_after(state.at)..self.kicks.len() {
-            if self.kicks.get(index).is_none_or(|kick| kick.at > until) {
-                break;
-            }
-            self.predict_through(state, resting, index);
-        }
+        (self.first_after(state.at)..self.kicks.len())
+            .take_while(|&kick| self.kicks.get(kick).is_some_and(|kick| kick.at <= until))
+            .for_each(|kick| self.predict_through(state, resting, kick));
         self.wander(state, resting, until);
     }
 
     /// What is added to the variances of an estimate at `at`.
     fn unstated(&self, at: Time) -> Jitter<T> {
-        let motion = self.motions.piece(at).motion;
+        let (motion, tuning) = (self.motions.piece(at).motion, &self.tuning.without_stator);
         if at > self.unseen.known_until && !self.unseen.covers(at) {
-            return self.tuning.constant_rate.random_walk.jitter(motion).times(self.strength.under(motion));
+            return tuning.constant_rate.random_walk.jitter(motion).times(self.strength.under(motion));
         }
-        self.tuning.without_stator.between_samples(motion, at, self.unseen.known_until)
+        tuning.between_samples(motion, at, self.unseen.known_until)
     }
 }
 
@@ -180,7 +203,7 @@ mod tests {
     fn exact_the_rate_wanders_where_kicks_are_not_known() {
         let tuning = TwinTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
         let next_impact = &tuning.without_stator.next_impact;
-        let walk = &tuning.constant_rate.random_walk;
+        let walk = &tuning.without_stator.constant_rate.random_walk;
         let high = flying(tuning.detector, Time::from_micros(4000), 0.03).moved(1e-4, 0.1);
         for (detector, ahead) in [(high, 240.0), (high.moved(0.0, -0.1), 48_000.0)] {
             let process = TwinProcess {
@@ -221,7 +244,7 @@ mod tests {
             unseen: tuning.without_stator.next_impact.unseen(&detector, DriveCommand::OFF, true),
             propagated: None,
         };
-        let walk = &tuning.constant_rate.random_walk;
+        let walk = &tuning.without_stator.constant_rate.random_walk;
         for (resting, kick, per_s) in [(true, 0.0, walk.resting_rad2_s3), (false, 1.0, walk.sliding_rad2_s3)]
         {
             let before = exact_state();

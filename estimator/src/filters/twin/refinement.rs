@@ -19,11 +19,8 @@
 
 use motor_model::Real;
 
-use super::TwinFilter;
-use super::kick_record::KickRecord;
-use super::measured_impact::Uncertain;
 use super::states::{Errors, JUMP, TOOTH_VELOCITY};
-use super::stator::StatorFilter;
+use super::{StatorFilter, TwinFilter, Uncertain};
 use crate::vibrometer::impact_detector::Flight;
 
 impl<T: Real> StatorFilter<T> {
@@ -42,24 +39,21 @@ impl<T: Real> StatorFilter<T> {
 }
 
 impl<T: Real> TwinFilter<T> {
-    /// The newest kick, if it can be refined and no frame has been fused after it.
-    fn refinable_kick(&mut self) -> Option<&mut KickRecord<T>> {
-        let at = self.tracker.track()?.state.at;
+    /// Corrects the newest kick by corrections of tooth's velocity and jump, if it can be refined and no frame has been
+    /// fused after it.
+    fn refine_kick(&mut self, tooth_velocity: Uncertain<T>, jump: Uncertain<T>) {
+        let (s, c) = (self.per_radius_m, self.tuning.without_stator.kick_per_jump_rad_m);
+        let inflation = self.misfit.variance_inflation();
+        let Some(fused_at) = self.tracker.track().map(|track| track.state.at) else { return };
         self.newest_refined = true;
-        self.kicks
-            .iter_mut()
-            .rev()
-            .find(|kick| !kick.told.is_small())
-            .filter(|kick| kick.refinable && kick.at > at)
-    }
-
-    /// Corrects the tooth's velocity of the newest kick, if that can be refined.
-    pub(super) fn refine_tooth_velocity(&mut self, correction_m_s: Uncertain<T>) {
-        let (per_radius_m, inflation) = (self.per_radius_m, self.misfit.variance_inflation());
-        if let Some(kick) = self.refinable_kick().filter(|kick| !kick.told.has_tooth_velocity()) {
-            kick.tooth_rate_rad_s.value += per_radius_m * correction_m_s.value;
-            kick.tooth_rate_rad_s.variance =
-                per_radius_m * per_radius_m * correction_m_s.variance * inflation;
+        let newest = self.kicks.iter_mut().rev().find(|kick| !kick.told.is_small());
+        if let Some(kick) = newest.filter(|kick| kick.refinable && kick.at > fused_at) {
+            if !kick.told.has_tooth_velocity() {
+                kick.tooth_rate_rad_s.value += s * tooth_velocity.value;
+                kick.tooth_rate_rad_s.variance = s * s * tooth_velocity.variance * inflation;
+            }
+            kick.kick_max_rad_s.value += c * jump.value;
+            kick.kick_max_rad_s.variance = c * c * jump.variance;
         }
     }
 
@@ -71,19 +65,12 @@ impl<T: Real> TwinFilter<T> {
         if !self.stator.has_sound_estimates() {
             return self.restart_stator();
         }
-        let correction = |state: usize| errors.get(state).copied().unwrap_or_default();
+        let [[tooth_velocity, _, _, _, _, _, _, _, _, jump, ..]] = errors.data.0;
         let covariance = &self.stator.covariance;
-        let tooth_velocity = Uncertain {
-            value: correction(TOOTH_VELOCITY),
-            variance: covariance.variance::<TOOTH_VELOCITY>(),
-        };
-        let jump = Uncertain { value: correction(JUMP), variance: covariance.variance::<JUMP>() };
-        self.refine_tooth_velocity(tooth_velocity);
-        let c = self.kick_per_jump_rad_m;
-        if let Some(kick) = self.refinable_kick() {
-            kick.kick_max_rad_s.value += c * jump.value;
-            kick.kick_max_rad_s.variance = c * c * jump.variance;
-        }
+        self.refine_kick(
+            Uncertain { value: tooth_velocity, variance: covariance.variance::<TOOTH_VELOCITY>() },
+            Uncertain { value: jump, variance: covariance.variance::<JUMP>() },
+        );
     }
 
     /// Refines the last impact's jump once `least` samples have come since.
@@ -121,6 +108,7 @@ mod tests {
 
     use super::*;
     use crate::filter::AngleFilter as _;
+    use crate::filters::twin::kick_record::KickRecord;
     use crate::filters::twin::tests::filter;
     use crate::measurement::{CameraFrame, LdvSample};
 
@@ -175,7 +163,7 @@ mod tests {
         let kick = KickRecord::of_unknown_sign(Time::from_micros(1500), 1e-6);
         filter.record_kick(KickRecord { refinable: true, ..kick });
         let refined = |filter: &mut TwinFilter<f64>| {
-            filter.refine_tooth_velocity(Uncertain { value: 1e-3, variance: 1e-8 });
+            filter.refine_kick(Uncertain { value: 1e-3, variance: 1e-8 }, Uncertain::default());
             filter.kicks.back().unwrap().tooth_rate_rad_s.value
         };
         let per_radius_m = filter.per_radius_m;

@@ -21,9 +21,7 @@
 
 use motor_model::{Real, Time};
 
-use super::TwinFilter;
-use super::kick_record::KickRecord;
-use super::measured_impact::MeasuredImpact;
+use super::{KickRecord, MeasuredImpact, TwinFilter};
 
 /// Impacts over which the mean is taken: 3 ms of riding.
 const AVERAGED_IMPACTS: f64 = 32.0;
@@ -39,11 +37,15 @@ const AT_START: f64 = 4.0;
 /// The jump of a riding rotor up to which it is the weight's, per the threshold. What exceeds it kicks as in mode C.
 const WEIGHT_MAX: f64 = 1.4;
 
+/// Variance of the kick by an impact of a riding rotor, per the square of a kick at the detector's threshold: a fifth
+/// of that kick, measured in simulation.
+const RIDING_PART2: f64 = 0.04;
+
 /// Running mean of the jumps per the detector's threshold, and the regime that follows from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RegimeDetector<T> {
     mean: T,
-    riding: bool,
+    pub(super) riding: bool,
 }
 
 impl<T: Real> RegimeDetector<T> {
@@ -59,24 +61,19 @@ impl<T: Real> RegimeDetector<T> {
         let limit = if self.riding { BOUNCING_ABOVE } else { RIDING_BELOW };
         self.riding = self.mean < T::from_f64(limit);
     }
-
-    /// Whether the rotor rides.
-    pub(super) fn is_riding(&self) -> bool {
-        self.riding
-    }
 }
 
 impl<T: Real> TwinFilter<T> {
     /// Takes an impact in; returns whether the rotor rides on the teeth. Where the riding regime ends, the rotor is
     /// within a swing of the teeth, and the impacts of the stator before are not known.
     pub(super) fn update_regime(&mut self, impact: &MeasuredImpact<T>) -> bool {
-        let was_riding = self.regime.is_riding();
+        let was_riding = self.regime.riding;
         if self.drive.mode().is_some() {
             self.regime.note(impact.jump_m_s, impact.drift_m_s, self.detector.threshold_m_s());
         } else {
             self.regime = RegimeDetector::new();
         }
-        let riding = self.regime.is_riding();
+        let riding = self.regime.riding;
         if was_riding && !riding {
             self.stator.height_m = T::zero();
             self.stator.forget_motion();
@@ -87,16 +84,13 @@ impl<T: Real> TwinFilter<T> {
     /// The kick by an impact of a riding rotor.
     pub(super) fn riding_kick(&self, at: Time, impact: &MeasuredImpact<T>) -> KickRecord<T> {
         let square = |x: T| x * x;
-        let threshold_m_s = self.detector.threshold_m_s();
-        let weight_m_s = T::from_f64(WEIGHT_MAX) * threshold_m_s;
-        let excess_m2_s2 = if impact.jump_m_s > weight_m_s {
-            square(impact.jump_m_s) - square(weight_m_s)
-        } else {
-            T::zero()
-        };
-        let unknown_m2_s2 = self.tuning.riding_part2 * square(threshold_m_s)
-            + self.tuning.without_stator.unexplained * excess_m2_s2;
-        KickRecord::of_unknown_sign(at, square(self.kick_per_jump_rad_m) * unknown_m2_s2)
+        let (constants, threshold_m_s) = (&self.tuning.without_stator, self.detector.threshold_m_s());
+        let (jump_m_s, weight_m_s) = (impact.jump_m_s, T::from_f64(WEIGHT_MAX) * threshold_m_s);
+        let excess_m2_s2 =
+            if jump_m_s > weight_m_s { square(jump_m_s) - square(weight_m_s) } else { T::zero() };
+        let unknown_m2_s2 =
+            T::from_f64(RIDING_PART2) * square(threshold_m_s) + constants.unexplained * excess_m2_s2;
+        KickRecord::of_unknown_sign(at, square(constants.kick_per_jump_rad_m) * unknown_m2_s2)
     }
 }
 
@@ -114,13 +108,13 @@ mod tests {
         let mut regime = RegimeDetector::<f64>::new();
         let begun = (1..1000).find(|_| {
             regime.note(2e-3, 1e-3, 1e-3);
-            regime.is_riding()
+            regime.riding
         });
         assert_eq!(begun, Some(73));
         let (mut by_seven, mut by_many) = (regime, regime);
         by_seven.note(7e-3, 0.0, 1e-3);
         by_many.note(1.0, 0.0, 1e-3);
-        assert!(by_seven.is_riding() && !by_many.is_riding());
+        assert!(by_seven.riding && !by_many.riding);
     }
 
     /// NaN and infinity end the riding regime, and never begin it.
@@ -129,7 +123,7 @@ mod tests {
         for (jump, drift) in [(f64::NAN, 0.0), (f64::INFINITY, f64::INFINITY), (0.0, f64::NAN)] {
             let mut regime = RegimeDetector::<f64>::new();
             (0..1000).for_each(|_| regime.note(jump, drift, 1e-3));
-            assert!(!regime.is_riding(), "{jump} {drift}");
+            assert!(!regime.riding, "{jump} {drift}");
         }
     }
 
@@ -154,7 +148,7 @@ mod tests {
         (0..3).for_each(|_| {
             filter.update_regime(&thrown);
         });
-        assert!(!filter.regime.is_riding());
+        assert!(!filter.regime.riding);
         assert_eq!(filter.stator.height_m.to_bits(), 0);
     }
 }

@@ -12,7 +12,7 @@ use motor_model::{ModalState, Phase, Real, Time};
 
 use super::checked_motor::PERIOD_NANOS;
 use super::sensitivity::InputSums;
-use super::states::{AT_REST, Errors, HEIGHT, INSTANT, MODES};
+use super::states::{AT_REST, Errors, HEIGHT, INSTANT, MODES, prior_variances};
 use super::stator::StatorFilter;
 
 /// Standard deviations of a driven motion: each mode's displacement in m and velocity in m/s. Some 30 um and 1 m/s are
@@ -27,7 +27,7 @@ impl<T: Real> StatorFilter<T> {
     pub(super) fn restart(&mut self) {
         (self.state.modes, self.height_m, self.jump_m_s) = (ModalState::default(), T::zero(), T::zero());
         self.parameters = Errors::zeros();
-        self.covariance.set_diagonal(&self.prior_variances);
+        self.covariance.set_diagonal(&prior_variances());
         (self.pending_periods, self.input_sums) = (0, InputSums::default());
         self.reset_sensitivities();
         self.forget_motion();
@@ -50,8 +50,7 @@ impl<T: Real> StatorFilter<T> {
         let square = |x: f64| T::from_f64(x * x);
         let motion = (MODES..).zip(DRIVEN_MOTION.map(square));
         for (state, variance) in motion.chain([(HEIGHT, square(DRIVEN_HEIGHT_M))]) {
-            let mut unit = Errors::zeros();
-            unit.as_mut_slice().iter_mut().skip(state).take(1).for_each(|entry| *entry = T::one());
+            let unit = Errors::from_fn(|index, _| if index == state { T::one() } else { T::zero() });
             // One by one, though slower: it is rare, and together they would take 20 kB of code.
             self.covariance.add_rank_one(&unit, variance);
         }

@@ -51,9 +51,10 @@ pub(super) struct RotorCovariance<T> {
 }
 
 /// What is still known of friction and tooth factor at a kick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum FactorKnowledge {
     /// As much as after the kick before.
+    #[default]
     AsBefore,
     /// The drive's mode is another than at the kick before.
     OfAnotherMode,
@@ -62,7 +63,7 @@ pub(super) enum FactorKnowledge {
 }
 
 /// Jacobian of a kick by rate, friction and tooth factor, and the noise beside.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct KickJacobian<T> {
     pub(super) by_rate: T,
     pub(super) by_friction: T,
@@ -72,20 +73,10 @@ pub(super) struct KickJacobian<T> {
     pub(super) angle_rad2: T,
 }
 
-/// Effect of one independent error on angle and rate.
-#[derive(Clone, Copy)]
-struct Effect<T> {
-    angle: T,
-    rate: T,
-}
-
 /// A covariance of angle, rate, friction and tooth factor that kicks change.
 pub(super) trait KickedCovariance<T>: TrackCovariance<T> {
-    /// Friction and tooth factor.
-    fn factors(&self) -> [T; 2];
-
-    /// Their variances.
-    fn factor_variances(&self) -> [T; 2];
+    /// The covariance itself, and the values of friction and tooth factor.
+    fn rotor(&self) -> &RotorCovariance<T>;
 
     /// Widens the factors to what is still known of them.
     fn doubt_factors(&mut self, known: FactorKnowledge);
@@ -96,14 +87,8 @@ pub(super) trait KickedCovariance<T>: TrackCovariance<T> {
 
 impl<T: Real> KickedCovariance<T> for RotorCovariance<T> {
     #[inline]
-    fn factors(&self) -> [T; 2] {
-        [self.friction, self.tooth_factor]
-    }
-
-    #[inline]
-    fn factor_variances(&self) -> [T; 2] {
-        let ([_, _, _, [_, _, u23, _]], [_, _, d2, d3]) = (&self.covariance.unit, &self.covariance.weights);
-        [*d2 + *u23 * *u23 * *d3, *d3]
+    fn rotor(&self) -> &RotorCovariance<T> {
+        self
     }
 
     fn doubt_factors(&mut self, known: FactorKnowledge) {
@@ -121,20 +106,15 @@ impl<T: Real> KickedCovariance<T> for RotorCovariance<T> {
         let [_, [u01, ..], [_, u12, ..], [_, u13, u23, _]] = &mut self.covariance.unit;
         *u13 = kept * *u13 + jacobian.by_friction * *u23 + jacobian.by_tooth_factor;
         *u12 = kept * *u12 + jacobian.by_friction;
-        let own = Effect { angle: *u01, rate: kept };
-        let noise = Effect { angle: T::zero(), rate: T::one() };
-        self.merge_rate_noise(own, noise, jacobian.variance_rad2_s2);
+        let own = [*u01, kept];
+        self.merge_rate_noise(own, T::zero(), jacobian.variance_rad2_s2);
         self.widen_angle(jacobian.angle_rad2);
     }
 }
 
 impl<T: Real> KickedCovariance<T> for Carried<T, RotorCovariance<T>, 4> {
-    fn factors(&self) -> [T; 2] {
-        self.covariance.factors()
-    }
-
-    fn factor_variances(&self) -> [T; 2] {
-        self.covariance.factor_variances()
+    fn rotor(&self) -> &RotorCovariance<T> {
+        &self.covariance
     }
 
     fn doubt_factors(&mut self, known: FactorKnowledge) {
@@ -163,26 +143,34 @@ impl<T: Real> SmoothedCovariance<T, 4> for RotorCovariance<T> {
 }
 
 impl<T: Real> RotorCovariance<T> {
-    /// Merges the rate's own independent error, of effect `own`, with a `noise` of this variance into one error, and
-    /// the part of the angle that does not follow the rate. Where the teeth stick, the rate's error has no effect on
-    /// the rate after the kick and remains in the angle alone.
+    /// Variances of friction and tooth factor.
     #[inline]
-    fn merge_rate_noise(&mut self, own: Effect<T>, noise: Effect<T>, variance: T) {
+    pub(super) fn factor_variances(&self) -> [T; 2] {
+        let ([_, _, _, [_, _, u23, _]], [_, _, d2, d3]) = (&self.covariance.unit, &self.covariance.weights);
+        [*d2 + *u23 * *u23 * *d3, *d3]
+    }
+
+    /// Merges the rate's own independent error with a noise of this variance into one error, and the part of the angle
+    /// that does not follow the rate. The effects of the own error on angle and rate are given; those of the noise are
+    /// `noise_angle` and 1. Where the teeth stick, the rate's error has no effect on the rate after the kick and
+    /// remains in the angle alone.
+    #[inline]
+    fn merge_rate_noise(&mut self, [own_angle, own_rate]: [T; 2], noise_angle: T, variance: T) {
         let variance = if variance > T::zero() { variance } else { T::zero() };
         let [_, [u01, ..], ..] = &mut self.covariance.unit;
         let [angle, rate, ..] = &mut self.covariance.weights;
-        let (by_own, by_noise) = (own.rate * *rate, noise.rate * variance);
-        let sum = own.rate * by_own + noise.rate * by_noise;
+        let by_own = own_rate * *rate;
+        let sum = own_rate * by_own + variance;
         let Some(per_sum) = reciprocal(sum) else {
-            *angle += own.angle * own.angle * *rate;
+            *angle += own_angle * own_angle * *rate;
             (*u01, *rate) = (T::zero(), sum);
             return;
         };
-        let determinant = own.angle * noise.rate - noise.angle * own.rate;
+        let determinant = own_angle - noise_angle * own_rate;
         // The noise's part of the sum, at most 1 as its effect on the rate is 1, comes first: however small the
         // variances are, nothing overflows.
         *angle += variance * per_sum * *rate * (determinant * determinant);
-        *u01 = (own.angle * by_own + noise.angle * by_noise) * per_sum;
+        *u01 = (own_angle * by_own + noise_angle * variance) * per_sum;
         *rate = sum;
     }
 
@@ -228,8 +216,7 @@ impl<T: Real> TrackCovariance<T> for RotorCovariance<T> {
         let UdCovariance { unit: [_, [u01, ..], [u02, u12, ..], [u03, u13, u23, _]], weights } =
             self.covariance;
         let unit = [[one, o, o, o], [u01, one, o, o], [u02, u12, one, o], [u03, u13, u23, one]];
-        let covariance = UdCovariance { unit, weights };
-        Self { covariance, friction: self.friction, tooth_factor: self.tooth_factor }
+        Self { covariance: UdCovariance { unit, weights }, ..*self }
     }
 
     #[inline]
@@ -260,9 +247,8 @@ impl<T: Real> TrackCovariance<T> for RotorCovariance<T> {
         let [_, [u01, ..], [u02, u12, ..], [u03, u13, ..]] = &mut self.covariance.unit;
         *u02 += dt_s * *u12;
         *u03 += dt_s * *u13;
-        let own = Effect { angle: *u01 + dt_s, rate: T::one() };
-        let noise = Effect { angle: T::from_f64(0.5) * dt_s, rate: T::one() };
-        self.merge_rate_noise(own, noise, noise_rad2_s2);
+        let own = [*u01 + dt_s, T::one()];
+        self.merge_rate_noise(own, T::from_f64(0.5) * dt_s, noise_rad2_s2);
         self.widen_angle(noise_rad2_s2 * dt_s * dt_s * T::from_f64(1.0 / 12.0));
     }
 
@@ -271,14 +257,7 @@ impl<T: Real> TrackCovariance<T> for RotorCovariance<T> {
     }
 
     fn kick_rate(&mut self, kept: T, variance_rad2_s2: T) {
-        let (by_rate, zero) = (kept - T::one(), T::zero());
-        self.kick(&KickJacobian {
-            by_rate,
-            by_friction: zero,
-            by_tooth_factor: zero,
-            variance_rad2_s2,
-            angle_rad2: zero,
-        });
+        self.kick(&KickJacobian { by_rate: kept - T::one(), variance_rad2_s2, ..KickJacobian::default() });
     }
 
     fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2] {

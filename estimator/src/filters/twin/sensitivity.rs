@@ -14,17 +14,11 @@ use nalgebra::{Matrix2, Vector2};
 pub(super) const SENSITIVITY_PERIODS: u8 = 4;
 
 /// Trapezoidal sums of the inputs by which the parameters act, over the periods since the last sensitivity step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct InputSums<T: Real> {
     pub(super) modes: ModalState<T>,
     /// Sine and cosine of the drive's phase.
     pub(super) phasor: Vector2<T>,
-}
-
-impl<T: Real> Default for InputSums<T> {
-    fn default() -> Self {
-        Self { modes: ModalState::default(), phasor: Vector2::zeros() }
-    }
 }
 
 impl<T: Real> InputSums<T> {
@@ -38,7 +32,7 @@ impl<T: Real> InputSums<T> {
 }
 
 /// Sensitivities of one mode's displacement and velocity, in m and m/s per part, and per rad of the drive's phase.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ModeSensitivities<T: Real> {
     pub(super) stiffness: Vector2<T>,
     pub(super) damping: Vector2<T>,
@@ -51,14 +45,7 @@ pub(super) struct ModeSensitivities<T: Real> {
 impl<T: Real> ModeSensitivities<T> {
     /// Those of a covariance that belongs to the present.
     pub(super) fn none() -> Self {
-        let zero = Vector2::zeros();
-        Self {
-            stiffness: zero,
-            damping: zero,
-            amplitude: zero,
-            drive_phase: zero,
-            transition: Matrix2::identity(),
-        }
+        Self { transition: Matrix2::identity(), ..Self::default() }
     }
 
     /// One step of the homogeneous equation.

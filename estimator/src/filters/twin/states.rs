@@ -21,17 +21,16 @@
 //! | 23 | `alpha` | rad | phase of the drive, positive where the drive leads | 0.07 |
 //!
 //! A unit of 1 means a part of the nominal value. Index 10 to 22 are the 13 parameters of the motor; they and the phase
-//! are constant in a run, so they have no process noise. Their priors are [`super::TwinPrior`]; 1e-8 is a stator at
-//! rest, small beside every noise of the model and large enough for `f32`. `sigma` and `p` are those of
-//! [`crate::vibrometer::impact_detector`].
+//! are constant in a run, so they have no process noise. Their priors are the tolerances of Table 1: half a tolerance
+//! is a standard deviation, 0.88 of that where the ends are cut off. A command that is reported one tick of 10 us late
+//! is 0.4 rad off. 1e-8 is a stator at rest, small beside every noise of the model and large enough for `f32`. `sigma`
+//! and `p` are those of [`crate::vibrometer::impact_detector`].
 //!
 //! The order serves the factors `P = U D U'`: what changes at every impact stands first, the constants last.
 
 use motor_model::Real;
 use nalgebra::SVector;
 use ud_filter::SparseRow;
-
-use super::tuning::TwinPrior;
 
 /// Number of states.
 pub(super) const STATES: usize = 24;
@@ -66,6 +65,16 @@ pub(super) const STIFFNESSES: [usize; 3] = [MODE_PARAMETERS, MODE_PARAMETERS + 2
 /// Standard deviation of a motion that is known to be zero, in SI units of the state: assumed, see the module's head.
 pub(super) const AT_REST: f64 = 1e-8;
 
+/// Standard deviations at the start, in the unit of each state: a stator at rest, then the priors of the parameters.
+pub(super) const PRIOR: [f64; STATES] = [
+    // Motion, and instant and jump of an impact.
+    AT_REST, AT_REST, AT_REST, AT_REST, AT_REST, AT_REST, AT_REST, AT_REST, AT_REST, AT_REST,
+    // Modes A, B and C: stiffness, damping, driven amplitude.
+    0.0041, 0.056, 0.0014, 0.14, 0.027, 0.0012, 0.117, 0.027,
+    // Mass ratio, restitution, amplitudes of the pairs, angle of the teeth, phase of the drive.
+    0.042, 0.013, 0.005, 0.005, 2.2e-3, 0.07,
+];
+
 /// One number for each state.
 pub(super) type Errors<T> = SVector<T, STATES>;
 
@@ -84,44 +93,8 @@ pub(super) fn entry<T: Real>(row: &Row<T>, state: usize) -> T {
     place.copied().unwrap_or_default()
 }
 
-/// Sets the entry of a state within the support of `row`.
-#[inline]
-pub(super) fn set_entry<T: Real>(row: &mut Row<T>, state: usize, value: T) {
-    let place = if state < MASS_RATIO {
-        row.lead.get_mut(state - HEIGHT)
-    } else {
-        row.last.get_mut(state - MASS_RATIO)
-    };
-    if let Some(entry) = place {
-        *entry = value;
-    }
-}
-
 /// Variances of a stator at rest whose parameters are known to their prior.
-pub(super) fn prior_variances<T: Real>(prior: &TwinPrior<T>) -> Errors<T> {
-    let [k_a, k_b, k_c] = prior.stiffness;
-    let [c_a, c_b, c_c] = prior.damping;
-    let [f_b, f_c] = prior.amplitude;
-    let (pair, angle) = (prior.pair_amplitude, prior.tooth_angle_rad);
-    let parameters = [
-        k_a,
-        c_a,
-        k_b,
-        c_b,
-        f_b,
-        k_c,
-        c_c,
-        f_c,
-        prior.mass_ratio,
-        prior.restitution,
-        pair,
-        pair,
-        angle,
-        prior.drive_phase_rad,
-    ];
-    let mut deviations = Errors::repeat(T::from_f64(AT_REST));
-    for (entry, p) in deviations.iter_mut().skip(MODE_PARAMETERS).zip(parameters) {
-        *entry = p;
-    }
+pub(super) fn prior_variances<T: Real>() -> Errors<T> {
+    let deviations = Errors::from(PRIOR).map(T::from_f64);
     deviations.component_mul(&deviations)
 }

@@ -19,21 +19,25 @@
 //! [`super::motion_prediction`] steps the motion and [`super::covariance_prediction`] the covariance; an impact is the
 //! measurement ([`super::impact_update`]); [`super::restart`] sets motion or parameters back.
 
-use motor_model::{DriveMode, Mode, Phase, Real, Stator, StatorState, Time, ToothPair};
+use motor_model::{DriveMode, Mode, Phase, Real, Stator, StatorState, Time};
 use nalgebra::{Matrix2, Vector3};
 use ud_filter::UdCovariance;
 
 use super::checked_motor::{CheckedMotor, PERIOD_S};
 use super::oscillator::Oscillator;
 use super::sensitivity::{InputSums, ModeSensitivities, SENSITIVITY_PERIODS};
-use super::states::{DRIVE_PHASE, Errors, MODE_PARAMETERS, Row, STATES, entry, prior_variances};
-use super::told::ToldContact;
+use super::states::{
+    DRIVE_PHASE, Errors, MODE_PARAMETERS, MotionErrors, Row, STATES, entry, prior_variances,
+};
 use super::tuning::TwinTuning;
 use crate::innovation::ContactInnovation;
 
 /// Amplitude from which a mode's process noise follows if its driven amplitude is smaller, in m. Assumed: mode A has no
 /// drive, but impacts in modes B and C leave some micrometres in it.
 const LEAST_AMPLITUDE_M: f64 = 2e-6;
+
+/// Process noise of each mode's velocity: as a part of a driven motion, the steady motion that it would sustain. Tuned.
+const PROCESS_NOISE_PART: f64 = 3e-4;
 
 /// Bounds of [`StatorFilter::is_sound_after`], far beyond what any drive does: square of a mode's amplitude (1 mm),
 /// height, root of the sum of the squares of the parameters as parts, and in SI units the variances of gap and
@@ -73,10 +77,6 @@ pub(super) struct StatorFilter<T: Real> {
     pub(super) pending_periods: u8,
     pub(super) input_sums: InputSums<T>,
     pub(super) covariance: UdCovariance<T, STATES>,
-    /// What is told of the next impact.
-    pub(super) told: ToldContact,
-    /// Variances at the start.
-    pub(super) prior_variances: Errors<T>,
     /// Estimate of the last impact's jump.
     pub(super) jump_m_s: T,
     /// `(1 + r) / (1 + e)`, r the mass ratio at a tooth.
@@ -95,13 +95,11 @@ impl<T: Real> StatorFilter<T> {
     pub(super) fn at_rest(motor: &CheckedMotor<T>, tuning: &TwinTuning<T>) -> Self {
         let (modes, r) = (&motor.modes, motor.tooth_mass_ratio);
         let velocity_noise = |mode: &Mode| {
-            let amplitude = mode.antinode_amplitude_m;
-            let speed = mode.natural_rad_s
-                * if amplitude > LEAST_AMPLITUDE_M { amplitude } else { LEAST_AMPLITUDE_M };
-            let part = tuning.contact.process_noise_part;
+            let speed = mode.natural_rad_s * mode.antinode_amplitude_m.max(LEAST_AMPLITUDE_M);
+            let part = T::from_f64(PROCESS_NOISE_PART);
             part * part * T::from_f64(4.0 * mode.damping_ratio * mode.natural_rad_s * speed * speed)
         };
-        let prior_variances = prior_variances(&tuning.prior);
+        let steps = |n: u8| modes.each_ref().map(|mode| transition(mode, PERIOD_S * f64::from(n)));
         Self {
             model: motor.stator.clone(),
             state: StatorState::default(),
@@ -109,29 +107,21 @@ impl<T: Real> StatorFilter<T> {
             at_rest: false,
             oscillators: modes.each_ref().map(Oscillator::new),
             phasor: [T::zero(), T::one()],
-            period_steps: modes.each_ref().map(|mode| transition(mode, PERIOD_S)),
-            sensitivity_steps: modes
-                .each_ref()
-                .map(|mode| transition(mode, PERIOD_S * f64::from(SENSITIVITY_PERIODS))),
+            period_steps: steps(1),
+            sensitivity_steps: steps(SENSITIVITY_PERIODS),
             height_m: T::zero(),
             parameters: Errors::zeros(),
             sensitivities: [ModeSensitivities::none(); 3],
             unpredicted_s: T::zero(),
             pending_periods: 0,
             input_sums: InputSums::default(),
-            covariance: UdCovariance::from_diagonal(&prior_variances),
-            told: ToldContact::nothing(),
-            prior_variances,
+            covariance: UdCovariance::from_diagonal(&prior_variances()),
             jump_m_s: T::zero(),
-            approach_per_jump: T::from_f64((1.0 + r) / (1.0 + motor.restitution)),
+            approach_per_jump: tuning.without_stator.approach_per_jump,
             recoil_share: T::from_f64(r / (1.0 + r)),
             velocity_noise_m2_s3: modes.each_ref().map(velocity_noise),
             height_noise_m2_s: height_noise_m2_s(tuning),
         }
-    }
-
-    pub(super) fn teeth(&self) -> &[ToothPair<T>; 2] {
-        self.model.teeth()
     }
 
     /// Estimate of a parameter, were it corrected by `errors`.
@@ -163,19 +153,20 @@ impl<T: Real> StatorFilter<T> {
         }
     }
 
-    /// Adds `errors` to all estimates.
-    pub(super) fn correct(&mut self, errors: &Errors<T>) {
-        let [[_, height, g_a, v_a, g_b, v_b, g_c, v_c, _, jump, ..]] = errors.data.0;
+    /// Adds `errors` to height and modes.
+    pub(super) fn move_by(&mut self, [height, g_a, v_a, g_b, v_b, g_c, v_c]: MotionErrors<T>) {
         self.state.modes.displacement_m += Vector3::new(g_a, g_b, g_c);
         self.state.modes.velocity_m_s += Vector3::new(v_a, v_b, v_c);
         self.height_m += height;
+    }
+
+    /// Adds `errors` to all estimates.
+    pub(super) fn correct(&mut self, errors: &Errors<T>) {
+        let [[_, height, g_a, v_a, g_b, v_b, g_c, v_c, _, jump, ..]] = errors.data.0;
+        self.move_by([height, g_a, v_a, g_b, v_b, g_c, v_c]);
         self.jump_m_s += jump;
-        let parameters =
-            self.parameters.as_mut_slice().get_mut(MODE_PARAMETERS..DRIVE_PHASE).unwrap_or_default();
-        let corrections = errors.as_slice().get(MODE_PARAMETERS..).unwrap_or_default();
-        for (parameter, &error) in parameters.iter_mut().zip(corrections) {
-            *parameter += error;
-        }
+        let parameters = self.parameters.iter_mut().zip(errors).take(DRIVE_PHASE).skip(MODE_PARAMETERS);
+        parameters.for_each(|(parameter, &error)| *parameter += error);
         self.shift_phase(phase_of(errors.as_slice().get(DRIVE_PHASE).copied().unwrap_or_default()));
     }
 
@@ -251,11 +242,11 @@ mod tests {
     /// the tuned part of the driven swing, and of 2 um of mode A, which is not driven.
     #[test]
     fn exact_process_noise_leaves_its_part_of_the_swing() {
-        let (stator, motor, tuning) = stator();
+        let (stator, motor, _) = stator();
         for (mode, noise) in motor.modes.iter().zip(stator.velocity_noise_m2_s3) {
             let swing_m = mode.antinode_amplitude_m.max(2e-6);
             let own = noise / (4.0 * mode.damping_ratio * mode.natural_rad_s);
-            let expected = (tuning.contact.process_noise_part * mode.natural_rad_s * swing_m).powi(2);
+            let expected = (PROCESS_NOISE_PART * mode.natural_rad_s * swing_m).powi(2);
             assert!((own / expected - 1.0).abs() < 1e-9, "{own:e} {expected:e}");
         }
     }

@@ -6,7 +6,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
 
 use super::*;
-use crate::filters::twin::states::{DRIVE_PHASE, MODE_PARAMETERS};
+use crate::filters::twin::states::{DRIVE_PHASE, HEIGHT, MASS_RATIO, MODE_PARAMETERS, Row};
 use crate::innovation::Verdict;
 use crate::instruments::Instruments;
 
@@ -15,6 +15,15 @@ pub(super) fn filter<T: Real>() -> TwinFilter<T> {
     let params = MotorParams::nominal();
     let motor = CheckedMotor::try_new(&params).unwrap();
     TwinFilter::new(&motor, &TwinTuning::new(&params, &Instruments::default()))
+}
+
+/// Sets the entry of a state within the support of `row`.
+pub(super) fn set_entry<T: Real>(row: &mut Row<T>, state: usize, value: T) {
+    if state < MASS_RATIO {
+        row.lead[state - HEIGHT] = value;
+    } else {
+        row.last[state - MASS_RATIO] = value;
+    }
 }
 
 /// The nominal motor at full drive, with exact samples and noisy frames.
@@ -49,7 +58,7 @@ impl Rig {
             }
             if self.state.steps.is_multiple_of(20) && !self.camera_off {
                 let noise: f64 = StandardNormal.sample(&mut self.noise);
-                let off = noise * filter.tuning.constant_rate.track.camera_rad2.sqrt();
+                let off = noise * filter.tuning.without_stator.constant_rate.track.camera_rad2.sqrt();
                 let angle = Angle::from_degrees(rotor.angle.angle().degrees() + off.to_degrees());
                 filter.update_camera(&CameraFrame::new(at, angle));
             }
@@ -423,7 +432,7 @@ fn law_an_impact_that_fits_badly_gives_no_kick_of_the_stator() {
 fn law_the_noise_that_rest_shows_is_that_of_detector_and_height() {
     let mut filter = filter::<f64>();
     let (true_m_s, period_s) = (2.0 * filter.detector.noise_m_s(), 5e-6);
-    let camera_rad = filter.tuning.constant_rate.track.camera_rad2.sqrt();
+    let camera_rad = filter.tuning.without_stator.constant_rate.track.camera_rad2.sqrt();
     let mut source = Pcg64::seed_from_u64(4);
     let mut noise = move |deviation: f64| {
         let normal: f64 = StandardNormal.sample(&mut source);

@@ -13,17 +13,15 @@
 //! detects; the others count as small, as do the pushes of teeth in sustained contact and the hub's. Noises that
 //! describe the model, such as those of gap and approach, stay.
 //!
-//! What is told is for studies: without the feature `tell` nothing can be told, and `untold.rs` takes the place of
-//! this module at no cost.
+//! What is told is for studies. Without the feature `tell` nothing can be told: the code that takes it in is left out,
+//! and `untold.rs` takes the place of this module and answers what the filter asks, at no cost.
 
-mod contact;
 mod kick;
 mod period;
 
 use motor_model::{Real, Time};
 
 use super::TwinFilter;
-pub(super) use contact::ToldContact;
 pub(super) use kick::ToldKick;
 pub(super) use period::ToldPeriod;
 
@@ -86,7 +84,7 @@ impl<T: Real> TwinFilter<T> {
         if parts.small_impacts {
             (tuning.chatter_rad2_s2, tuning.undetected_part2) = (T::from_f64(KICK_TOLD_RAD2_S2), zero);
         }
-        self.told = ToldPeriod::of(parts);
+        self.told.parts = parts;
         self
     }
 

@@ -21,7 +21,7 @@ use super::stator::StatorFilter;
 /// A pair of teeth; each vector has one entry a mode.
 pub(super) struct Tooth<T> {
     /// Which one.
-    pair: usize,
+    pub(super) pair: usize,
     /// Its amplitude, as the part by which it differs from nominal.
     pub(super) amplitude: T,
     pub(super) shape: Vector3<T>,
@@ -33,12 +33,9 @@ impl<T: Real> StatorFilter<T> {
     /// Pair 0 or 1, were the parameters corrected by `errors`.
     #[inline]
     pub(super) fn tooth(&self, pair: usize, errors: &Row<T>) -> Tooth<T> {
-        let [first, second] = self.teeth();
-        let (nominal, amplitude) = if pair == 0 {
-            (first, self.parameter(PAIR_AMPLITUDES, errors))
-        } else {
-            (second, self.parameter(PAIR_AMPLITUDES + 1, errors))
-        };
+        let [first, second] = self.model.teeth();
+        let nominal = if pair == 0 { first } else { second };
+        let amplitude = self.parameter(PAIR_AMPLITUDES + pair, errors);
         let angle = self.parameter(TOOTH_ANGLE, errors);
         let estimated = |of: &Vector3<T>| of + by_amplitude(of) * amplitude + by_angle(of) * angle;
         Tooth {
@@ -52,11 +49,6 @@ impl<T: Real> StatorFilter<T> {
 }
 
 impl<T: Real> Tooth<T> {
-    /// The state that is the error of its amplitude.
-    pub(super) fn amplitude_state(&self) -> usize {
-        PAIR_AMPLITUDES + self.pair
-    }
-
     /// A row of these entries: of the modes, of instant and jump, of the mass ratio and the restitution, and by
     /// amplitude and angle of the teeth.
     #[inline]

@@ -16,11 +16,7 @@
 
 use motor_model::{DriveMode, Real, Time};
 
-use super::TwinFilter;
-use super::kick_record::KickRecord;
-use super::measured_impact::{MeasuredImpact, UnassociatedImpact, Uncertain};
-use super::rotor::FactorKnowledge;
-use super::told::ToldKick;
+use super::{KickRecord, MeasuredImpact, TwinFilter, Uncertain};
 
 /// Excess misfit at which an unassociated jump is a false alarm in half of the cases. Found by simulation of motors
 /// drawn within the tolerances.
@@ -32,18 +28,17 @@ impl<T: Real> TwinFilter<T> {
         let constants = &self.tuning.without_stator;
         let square = |x: T| x * x;
         let uncertain = |value: T, variance: T| Uncertain { value, variance };
-        let c = self.kick_per_jump_rad_m;
+        let c = constants.kick_per_jump_rad_m;
         let threshold_rad_s = c * self.detector.threshold_m_s();
         let approach_m_s = constants.approach_per_jump * impact.jump_m_s;
         let by_jump_rad_s = c * impact.jump_m_s;
         let bound_rad2_s2 = square(by_jump_rad_s) + square(threshold_rad_s);
-        let zero = uncertain(T::zero(), T::zero());
         let (kick_max_rad_s, tooth_rate_rad_s, unknown_rad2_s2) = match self.drive.mode() {
             Some(DriveMode::B) => {
                 let towards_rad_s = constants.turn_per_rise_rad_m * (impact.before_m_s + approach_m_s);
                 (by_jump_rad_s, uncertain(towards_rad_s, T::zero()), constants.unexplained_b * bound_rad2_s2)
             }
-            Some(DriveMode::C) => (T::zero(), zero, constants.unexplained * bound_rad2_s2),
+            Some(DriveMode::C) => (T::zero(), Uncertain::default(), constants.unexplained * bound_rad2_s2),
             None => {
                 let drift_m_s = if impact.drift_m_s > T::zero() { impact.drift_m_s } else { T::zero() };
                 let swing_m2_s2 = square(impact.before_m_s) + square(approach_m_s);
@@ -53,13 +48,10 @@ impl<T: Real> TwinFilter<T> {
         };
         KickRecord {
             at,
-            at_s2: T::zero(),
             kick_max_rad_s: uncertain(kick_max_rad_s, c * c * impact.jump_m2_s2),
             tooth_rate_rad_s,
             unknown_rad2_s2,
-            refinable: false,
-            factors: FactorKnowledge::AsBefore,
-            told: ToldKick::nothing(),
+            ..KickRecord::default()
         }
     }
 
@@ -68,14 +60,11 @@ impl<T: Real> TwinFilter<T> {
         &self,
         at: Time,
         impact: &MeasuredImpact<T>,
-        unassociated: UnassociatedImpact<T>,
+        excess_misfit: T,
     ) -> KickRecord<T> {
-        let kick_max_rad_s = self.kick_per_jump_rad_m * impact.jump_m_s;
-        let excess = if self.misfit.is_trusted() {
-            unassociated.excess_misfit * T::from_f64(1.0 / EVEN_ODDS_EXCESS)
-        } else {
-            T::zero()
-        };
+        let kick_max_rad_s = self.tuning.without_stator.kick_per_jump_rad_m * impact.jump_m_s;
+        let trusted = if self.misfit.is_trusted() { excess_misfit } else { T::zero() };
+        let excess = trusted * T::from_f64(1.0 / EVEN_ODDS_EXCESS);
         KickRecord::of_unknown_sign(
             at,
             T::from_f64(0.5) * kick_max_rad_s * kick_max_rad_s / (T::one() + excess * excess),
@@ -87,7 +76,6 @@ impl<T: Real> TwinFilter<T> {
 mod tests {
     use super::*;
     use crate::filters::twin::tests::filter;
-    use crate::innovation::ContactInnovation;
 
     /// An impact of 0.05 m/s after a flight that drifted upwards by 0.01 m/s, from impacts too small to be detected.
     fn impact() -> MeasuredImpact<f64> {
@@ -106,11 +94,12 @@ mod tests {
     fn exact_undetected_impacts_brake_too() {
         let filter = filter::<f64>();
         let kick = filter.unexplained_kick(Time::ZERO, &impact());
-        let expected = filter.kick_per_jump_rad_m * (0.05 + 0.01);
+        let c = filter.tuning.without_stator.kick_per_jump_rad_m;
+        let expected = c * (0.05 + 0.01);
         assert!((kick.kick_max_rad_s.value / expected - 1.0).abs() < 1e-12, "{kick:?}");
         let falling = MeasuredImpact { drift_m_s: -0.01, ..impact() };
         let kick = filter.unexplained_kick(Time::ZERO, &falling);
-        assert!((kick.kick_max_rad_s.value / (filter.kick_per_jump_rad_m * 0.05) - 1.0).abs() < 1e-12);
+        assert!((kick.kick_max_rad_s.value / (c * 0.05) - 1.0).abs() < 1e-12);
     }
 
     /// A jump that both pairs misfit: the kick's variance is half of the largest kick's square, and half of that where
@@ -118,18 +107,12 @@ mod tests {
     #[test]
     fn exact_a_jump_that_may_be_noise_kicks_by_its_odds() {
         let mut filter = filter::<f64>();
-        let largest = filter.kick_per_jump_rad_m * 0.05;
-        let innovation =
-            ContactInnovation { gap_m: 0.0, gap_m2: 1.0, approach_m_s: 0.0, approach_m2_s2: 1.0 };
+        let largest = filter.tuning.without_stator.kick_per_jump_rad_m * 0.05;
         let mut part = |excess_misfit: f64, trusted: bool| {
             if !trusted {
                 filter.misfit = crate::filters::twin::MisfitMonitor::on_probation();
             }
-            let kick = filter.unassociated_kick(
-                Time::ZERO,
-                &impact(),
-                UnassociatedImpact { excess_misfit, innovation },
-            );
+            let kick = filter.unassociated_kick(Time::ZERO, &impact(), excess_misfit);
             kick.unknown_rad2_s2 / (largest * largest)
         };
         for (excess_misfit, trusted, expected) in

@@ -3,11 +3,7 @@
 
 use motor_model::{Real, Time};
 
-use super::TwinFilter;
-use super::kick_record::KickRecord;
-use super::measured_impact::MeasuredImpact;
-use super::misfit_monitor::MisfitMonitor;
-use super::regime::RegimeDetector;
+use super::{KickRecord, MeasuredImpact, MisfitMonitor, RegimeDetector, TwinFilter};
 use crate::filters::impact_aided::RATE_MEMORY_S;
 use crate::innovation::ImpactInnovation;
 use crate::measurement::LdvSample;
@@ -29,8 +25,7 @@ impl<T: Real> TwinFilter<T> {
             // What the detector finds now is the rotor's weight on the teeth, not an impact of a moving stator.
             self.stator.set_at_rest();
             (self.misfit, self.regime) = (MisfitMonitor::trusted(), RegimeDetector::new());
-            self.stator_follows = true;
-            self.unrefined_jump = None;
+            (self.stator_follows, self.unrefined_jump) = (true, None);
             self.last_sample_m_s = sample_m_s;
             return None;
         }
@@ -46,26 +41,22 @@ impl<T: Real> TwinFilter<T> {
                 self.stator.height_m += half_s * (self.last_sample_m_s + before_m_s);
                 let jump_m2_s2 = self.sample_m2_s2() * (T::one() + flight.velocity_variance);
                 let behind_s = self.stator.behind_s(sample.taken_at);
-                let within_s = since_s;
-                let impact = MeasuredImpact {
-                    before_m_s,
-                    jump_m_s,
-                    jump_m2_s2,
-                    within_s,
-                    behind_s,
-                    drift_m_s: flight.drift_m_s,
-                };
+                let (within_s, drift_m_s) = (since_s, flight.drift_m_s);
+                let impact =
+                    MeasuredImpact { before_m_s, jump_m_s, jump_m2_s2, within_s, behind_s, drift_m_s };
+                #[cfg(feature = "tell")]
                 let impact = self.told.measured(sample.taken_at, self.tuning.detector.gravity_m_s2, impact);
                 innovation = self.take_impact(sample.taken_at, &impact);
             }
             VibrometerEvent::Fall { drop_m_s } => {
                 // A wrong sample, as large as the fall, may have been taken for an impact.
-                let kick_rad_s = self.kick_per_jump_rad_m * drop_m_s;
+                let kick_rad_s = self.tuning.without_stator.kick_per_jump_rad_m * drop_m_s;
                 self.record_unknown_kick(sample.taken_at, kick_rad_s * kick_rad_s);
             }
             VibrometerEvent::Gap(seconds) => {
                 let motion = self.watch.motion(sample.taken_at);
-                let intensity = self.tuning.constant_rate.random_walk.intensity_rad2_s3(motion, false);
+                let intensity =
+                    self.tuning.without_stator.constant_rate.random_walk.intensity_rad2_s3(motion, false);
                 if seconds > T::zero() {
                     self.stator.forget_motion();
                 }
@@ -84,7 +75,7 @@ impl<T: Real> TwinFilter<T> {
     pub(super) fn resume_detection(&mut self) {
         let Some(from) = self.tracker.track().map(|track| track.state.at) else { return };
         let at = self.kicks.back().map_or(from, |kick| kick.at.max(from));
-        self.record_unknown_kick(at, self.tuning.constant_rate.track.kick_rad2_s2);
+        self.record_unknown_kick(at, self.tuning.without_stator.constant_rate.track.kick_rad2_s2);
     }
 
     /// Keeps a kick of unknown sign with this variance.
@@ -132,7 +123,7 @@ mod tests {
         let threshold_m_s = filter.detector.threshold_m_s();
         (0..200).for_each(|_| filter.regime.note(threshold_m_s, 0.0, threshold_m_s));
         (filter.stator_follows, filter.misfit) = (false, MisfitMonitor::on_probation());
-        assert!(filter.regime.is_riding());
+        assert!(filter.regime.riding);
         let flight = filter.detector.flight;
         filter.act_on(&sample(1_000_000, 0.0), VibrometerEvent::Flight, &flight, 5e-6);
         assert!(filter.stator_follows && filter.misfit == MisfitMonitor::trusted());
@@ -149,7 +140,8 @@ mod tests {
             filter.drive(Time::from_micros(1001), DriveCommand::full(DriveMode::B));
             let flight = filter.detector.flight;
             filter.act_on(&sample(2000, 0.0), VibrometerEvent::Gap(seconds), &flight, 5e-6);
-            let expected = counted_s * filter.tuning.constant_rate.random_walk.impacted_b_rad2_s3;
+            let expected =
+                counted_s * filter.tuning.without_stator.constant_rate.random_walk.impacted_b_rad2_s3;
             let own = filter.kicks.back().unwrap().unknown_rad2_s2;
             assert!((own / expected - 1.0).abs() < 1e-12, "{seconds}: {own} {expected}");
         }

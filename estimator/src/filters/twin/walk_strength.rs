@@ -16,7 +16,7 @@
 //! strength. It multiplies intensity and jitter of the walk. A walk that is stronger than expected is not believed: the
 //! camera may shake.
 
-use motor_model::{DriveMode, Real};
+use motor_model::Real;
 
 use crate::vibrometer::motion::Motion;
 
@@ -45,41 +45,28 @@ impl<T: Real> WalkStrength<T> {
     /// The strength under `motion`; 1 without drive.
     #[inline]
     pub(super) fn under(&self, motion: Motion) -> T {
-        match motion {
-            Motion::Impacted(DriveMode::B) => self.b,
-            Motion::Impacted(DriveMode::C) => self.c,
-            Motion::Quiet => T::one(),
-        }
+        motion.of(self.b, self.c, T::one())
     }
 
     /// Takes in a frame that was predicted by the walk alone: `square` is its `T_1`, `per_neighbours` its share in the
     /// mean.
     #[inline]
     pub(super) fn learn(&mut self, motion: Motion, square: T, per_neighbours: T) {
-        let strength = match motion {
-            Motion::Impacted(DriveMode::B) => &mut self.b,
-            Motion::Impacted(DriveMode::C) => &mut self.c,
-            Motion::Quiet => return,
-        };
+        let Some(strength) = motion.of(Some(&mut self.b), Some(&mut self.c), None) else { return };
         let most = T::from_f64(SQUARE_MAX);
         // Compared this way round, so that NaN counts as large.
         let square = if square < most { square } else { most };
         let learnt = *strength
             * (T::one() + T::from_f64(FRAME_PART) * per_neighbours * (square - T::from_f64(SETTLED_SQUARE)));
         let (least, one) = (T::from_f64(LEAST), T::one());
-        *strength = if learnt < least {
-            least
-        } else if learnt < one {
-            learnt
-        } else {
-            one
-        };
+        let learnt = if learnt < one { learnt } else { one };
+        *strength = if learnt < least { least } else { learnt };
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use motor_model::math;
+    use motor_model::{DriveMode, math};
     use rand_distr::{Distribution as _, StandardNormal};
     use rand_pcg::Pcg64;
     use rand_pcg::rand_core::SeedableRng as _;

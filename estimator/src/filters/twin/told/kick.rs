@@ -5,7 +5,7 @@ use motor_model::Real;
 use crate::camera::track::State;
 
 /// What is told of one kick.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(in super::super) struct ToldKick<T> {
     /// Whether the tooth's velocity is the true one.
     pub(super) tooth_velocity: bool,
@@ -16,11 +16,6 @@ pub(in super::super) struct ToldKick<T> {
 }
 
 impl<T: Real> ToldKick<T> {
-    /// Nothing.
-    pub(in super::super) fn nothing() -> Self {
-        Self { tooth_velocity: false, friction: None, small_rad_s: None }
-    }
-
     /// Whether the vibrometer has not detected it.
     pub(in super::super) fn is_small(&self) -> bool {
         self.small_rad_s.is_some()
@@ -39,13 +34,12 @@ impl<T: Real> ToldKick<T> {
         self.is_small()
     }
 
-    /// Friction and tooth factor: as told, or else as estimated.
-    pub(in super::super) fn factors(&self, [friction, tooth_factor]: [T; 2]) -> [T; 2] {
-        [self.friction.unwrap_or(friction), if self.tooth_velocity { T::one() } else { tooth_factor }]
-    }
-
-    /// The parts of the errors of friction and tooth factor that matter: 0 where they are told, else 1.
-    pub(in super::super) fn error_parts(&self) -> [T; 2] {
-        [self.friction.is_some(), self.tooth_velocity].map(|told| if told { T::zero() } else { T::one() })
+    /// Friction and tooth factor, as told or else as estimated; and the parts of their errors that matter: 0 where they
+    /// are told, else 1.
+    pub(in super::super) fn factors(&self, [friction, tooth_factor]: [T; 2]) -> ([T; 2], [T; 2]) {
+        let tooth_factor = if self.tooth_velocity { T::one() } else { tooth_factor };
+        let parts = [self.friction.is_some(), self.tooth_velocity];
+        let parts = parts.map(|told| if told { T::zero() } else { T::one() });
+        ([self.friction.unwrap_or(friction), tooth_factor], parts)
     }
 }

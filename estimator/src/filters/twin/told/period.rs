@@ -2,15 +2,11 @@
 
 use heapless::{Deque, Vec};
 use motor_model::{Real, Time};
-use nalgebra::Vector3;
 
-use super::super::TwinFilter;
-use super::super::kick_record::KickRecord;
-use super::super::measured_impact::{MeasuredImpact, Uncertain};
-use super::super::modes_at::ModesAt;
+use super::super::modes_at::entries;
 use super::super::states::{MASS_RATIO, Row};
-use super::super::stator::StatorFilter;
-use super::{ToldContact, ToldKick, ToldParts, TrueContact};
+use super::super::{KickRecord, MeasuredImpact, TwinFilter, Uncertain};
+use super::{ToldKick, ToldParts, TrueContact};
 use crate::vibrometer::impact_detector::VibrometerEvent;
 use crate::vibrometer::motion::Motion;
 
@@ -18,11 +14,13 @@ use crate::vibrometer::motion::Motion;
 const WAITING_MAX: usize = 64;
 /// Variance of a jump that is told, in m^2/s^2: 1 um/s, far below every noise, and above what `f32` loses.
 const JUMP_TOLD_M2_S2: f64 = 1e-12;
+/// Variance of an instant that is told, in s^2: 1 ns, to which times are kept.
+const INSTANT_TOLD_S2: f64 = 1e-18;
 
 /// What has been told and, of it, what belongs to the sample period at hand.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(in super::super) struct ToldPeriod<T> {
-    parts: ToldParts,
+    pub(super) parts: ToldParts,
     waiting: Deque<TrueContact<T>, WAITING_MAX>,
     /// The impact that the vibrometer detects; `None` where it detects none, or a false one.
     detected: Option<TrueContact<T>>,
@@ -35,23 +33,6 @@ pub(in super::super) struct ToldPeriod<T> {
 }
 
 impl<T: Real> ToldPeriod<T> {
-    /// Nothing is told.
-    pub(in super::super) fn nothing() -> Self {
-        Self::of(ToldParts::default())
-    }
-
-    /// These parts are told.
-    pub(super) fn of(parts: ToldParts) -> Self {
-        Self {
-            parts,
-            waiting: Deque::new(),
-            detected: None,
-            detects: false,
-            others: Vec::new(),
-            jump_m_s: Uncertain { value: T::zero(), variance: T::zero() },
-        }
-    }
-
     /// Keeps a contact until its sample comes. Of too many the oldest go: their sample was lost.
     pub(super) fn tell(&mut self, contact: &TrueContact<T>) {
         if self.is_told() {
@@ -79,13 +60,16 @@ impl<T: Real> ToldPeriod<T> {
         self.parts.pair && self.detected.is_some()
     }
 
-    /// What the stator filter is told of the impact at hand.
-    fn contact(&self) -> ToldContact {
+    /// The pair of teeth of the impact at hand; `None` where it is not told.
+    pub(in super::super) fn pair(&self) -> Option<u8> {
         let tooth = self.detected.and_then(|detected| detected.tooth);
-        ToldContact {
-            pair: tooth.filter(|_| self.parts.pair).map(|tooth| tooth.pair),
-            instant: self.parts.instant && tooth.is_some(),
-        }
+        tooth.filter(|_| self.parts.pair).map(|tooth| tooth.pair)
+    }
+
+    /// Variance of its instant, which is `untold_s2` where it is not told.
+    pub(in super::super) fn instant_s2(&self, untold_s2: T) -> T {
+        let told = self.parts.instant && self.detected.is_some();
+        if told { T::from_f64(INSTANT_TOLD_S2) } else { untold_s2 }
     }
 
     /// Takes the contacts of the period that ends at `until`.
@@ -137,26 +121,6 @@ impl<T: Real> ToldPeriod<T> {
         self.jump_m_s = Uncertain { value: impact.jump_m_s, variance: impact.jump_m2_s2 };
         impact
     }
-
-    /// Puts what is told of the impact at hand into its kick. Where the filter has not explained the impact, the kick
-    /// by a tooth of known velocity follows from the jump, beside `undetected_rad2_s2`.
-    pub(in super::super) fn improve(&self, kick: &mut KickRecord<T>, c: T, undetected_rad2_s2: T) {
-        let Some(detected) = self.detected.filter(|_| !kick.told.is_small()) else { return };
-        let Some(tooth) = detected.tooth else { return };
-        if self.parts.instant {
-            (kick.at, kick.at_s2) = (detected.at, T::zero());
-        }
-        kick.told.friction = self.parts.friction.then(|| tooth.kick_per_jump_rad_m / c);
-        if self.parts.tooth_velocity {
-            kick.told.tooth_velocity = true;
-            kick.tooth_rate_rad_s = Uncertain { value: tooth.rate_rad_s, variance: T::zero() };
-            if !kick.refinable {
-                let Uncertain { value, variance } = self.jump_m_s;
-                kick.kick_max_rad_s = Uncertain { value: c * value, variance: c * c * variance };
-                kick.unknown_rad2_s2 = undetected_rad2_s2;
-            }
-        }
-    }
 }
 
 impl<T: Real> TwinFilter<T> {
@@ -169,7 +133,6 @@ impl<T: Real> TwinFilter<T> {
             && !self.detector.has_fault()
             && self.watch.motion(until) != Motion::Quiet;
         self.told.begin(until, detects);
-        self.stator.told = self.told.contact();
         let limit = self.told.detected.map_or(until, |detected| detected.at);
         self.take_small_impacts(Time::ZERO, limit, until);
     }
@@ -178,6 +141,28 @@ impl<T: Real> TwinFilter<T> {
     pub(in super::super) fn end_told_period(&mut self, until: Time) {
         if let Some(detected) = self.told.detected.take() {
             self.take_small_impacts(detected.at.plus_nanos(1), until, until);
+        }
+    }
+
+    /// Puts what is told of the impact at hand into its kick. Where the filter has not explained the impact, the kick
+    /// by a tooth of known velocity follows from the jump, beside what the vibrometer does not detect.
+    pub(in super::super) fn improve_as_told(&self, kick: &mut KickRecord<T>) {
+        let ToldPeriod { parts, detected, jump_m_s, .. } = &self.told;
+        let Some(detected) = detected.filter(|_| !kick.told.is_small()) else { return };
+        let Some(tooth) = detected.tooth else { return };
+        let c = self.tuning.without_stator.kick_per_jump_rad_m;
+        if parts.instant {
+            (kick.at, kick.at_s2) = (detected.at, T::zero());
+        }
+        kick.told.friction = parts.friction.then(|| tooth.kick_per_jump_rad_m / c);
+        if parts.tooth_velocity {
+            kick.told.tooth_velocity = true;
+            kick.tooth_rate_rad_s = Uncertain { value: tooth.rate_rad_s, variance: T::zero() };
+            if !kick.refinable {
+                let &Uncertain { value, variance } = jump_m_s;
+                kick.kick_max_rad_s = Uncertain { value: c * value, variance: c * c * variance };
+                kick.unknown_rad2_s2 = self.undetected_rad2_s2();
+            }
         }
     }
 
@@ -197,7 +182,7 @@ impl<T: Real> TwinFilter<T> {
         let kick_rad_s = small.iter().fold(T::zero(), |sum, other| sum + other.kick_rad_s);
         let at = self.kicks.back().map_or(newest, |kick| kick.at.max(newest));
         let mut kick = KickRecord::of_unknown_sign(at, T::zero());
-        kick.told = ToldKick { small_rad_s: Some(kick_rad_s), ..ToldKick::nothing() };
+        kick.told = ToldKick { small_rad_s: Some(kick_rad_s), ..ToldKick::default() };
         self.record_kick(kick);
     }
 
@@ -205,24 +190,13 @@ impl<T: Real> TwinFilter<T> {
     /// those of an impact do not.
     fn take_recoil(&mut self, other: &TrueContact<T>, until: Time) {
         let Some(tooth) = other.tooth else { return };
-        let back_s = until.seconds_since(other.at);
-        self.stator.recoil_by(tooth.pair, other.jump_m_s, back_s, self.stator.behind_s(until));
-        if self.told.detects {
-            self.stator.height_m += back_s * other.jump_m_s;
-        }
-    }
-}
-
-impl<T: Real> StatorFilter<T> {
-    /// The recoil of a jump that is known, `back_s` before the end of the period.
-    fn recoil_by(&mut self, pair: u8, jump_m_s: T, back_s: T, behind_s: T) {
-        let tooth = self.tooth(pair.into(), &Row::zeros());
-        let mass_ratio = T::one() + self.parameters.get(MASS_RATIO).copied().unwrap_or_default();
-        let responses = self.oscillators.each_ref().map(|oscillator| oscillator.after(back_s - behind_s));
-        let since = ModesAt::<T>::responses_only(responses);
-        let [_, g_a, v_a, g_b, v_b, g_c, v_c] =
-            since.entries(T::zero(), &(tooth.recoil * (mass_ratio * jump_m_s)), |r| [-r.s, -r.s_rate]);
-        self.state.modes.displacement_m += Vector3::new(g_a, g_b, g_c);
-        self.state.modes.velocity_m_s += Vector3::new(v_a, v_b, v_c);
+        let (stator, back_s): (_, T) = (&mut self.stator, until.seconds_since(other.at));
+        let recoil = stator.tooth(tooth.pair.into(), &Row::zeros()).recoil;
+        let mass_ratio = T::one() + stator.parameters.get(MASS_RATIO).copied().unwrap_or_default();
+        let since_s = back_s - stator.behind_s(until);
+        let responses = stator.oscillators.each_ref().map(|oscillator| oscillator.after(since_s));
+        let height_m = if self.told.detects { back_s * other.jump_m_s } else { T::zero() };
+        let blow = recoil * (mass_ratio * other.jump_m_s);
+        stator.move_by(entries(&responses, height_m, &blow, |r| [-r.s, -r.s_rate]));
     }
 }
