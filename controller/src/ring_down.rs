@@ -93,4 +93,15 @@ mod tests {
         let [usual, long] = [0.0063, 0.00063].map(|ratio| over_us(&damped(ratio)));
         assert!(long.abs_diff(10 * usual) <= 10, "{usual} {long}");
     }
+
+    /// A stator that hardly rings down at all is not waited for beyond four seconds.
+    #[test]
+    fn exact_the_ring_down_saturates() {
+        for ratio in [0.0, 1e-9, 2e-5] {
+            let design = MotorParams::nominal().with(Parameter::ModeBDampingRatio, ratio).unwrap();
+            let ring_down = RingDown::new(&design, Time::ZERO);
+            assert!(!ring_down.is_over(Time::from_nanos(4_000_000_000)), "{ratio}");
+            assert!(ring_down.is_over(Time::from_nanos(5_100_000_000)), "{ratio}");
+        }
+    }
 }

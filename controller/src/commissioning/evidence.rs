@@ -194,6 +194,9 @@ mod tests {
             assert_eq!((found.backward, found.still), (backward, still), "{turned_rad}");
         }
         assert!((evidence.cruise(index).windows.mean() - 0.0031 / 0.0516 / 6.0).abs() < 1e-5);
+        // Known to 17 mrad, the whole turn of the row would not show.
+        evidence.add_window(index, cruise, 0.0, 2.8e-4, 2.0);
+        assert_eq!((evidence.cruise(index).windows.count(), evidence.cruise(index).still), (7, 2));
         assert_eq!(evidence.cruise(99), CruiseEvidence::default());
     }
 }

@@ -270,6 +270,49 @@ fn law_a_drive_that_loses_the_estimate_shows_nothing() {
     assert_eq!(experimenter.phase(), ExperimentPhase::Ended(CommissioningEnd::NoEstimate));
 }
 
+/// A drive that is seen in between counts anew: at some drives a rotor that tilts is lost now and then.
+#[test]
+fn law_drives_that_lose_the_estimate_count_in_a_row() {
+    let (mut experimenter, mut now, estimate) = ready();
+    let mut tick = |experimenter: &mut Experimenter, seen: bool| {
+        now = now.plus_nanos(crate::TICK_NANOS);
+        let health = if seen { Health::Good } else { Health::Waiting };
+        experimenter.decide(now, Some(&estimate).filter(|_| seen), health);
+    };
+    for number in 0..30 {
+        assert!(experimenter.order(Experiment::Train {
+            mode: DriveMode::C,
+            amplitude: 1.0,
+            ticks: 9,
+            count: 1
+        }));
+        while experimenter.phase() == ExperimentPhase::Ready {
+            tick(&mut experimenter, true);
+        }
+        if number % 5 != 4 {
+            tick(&mut experimenter, false);
+        }
+        while experimenter.phase() != ExperimentPhase::Ready {
+            assert!(!matches!(experimenter.phase(), ExperimentPhase::Ended(_)), "{number}");
+            tick(&mut experimenter, true);
+        }
+    }
+}
+
+/// A camera that is silent for two seconds and more ends it: a rotor that is not seen is not one that never rests.
+#[test]
+fn law_a_silent_camera_is_told_from_a_rotor_that_never_rests() {
+    let (mut experimenter, mut now, estimate) = ready();
+    assert!(experimenter.order(Experiment::Train { mode: DriveMode::C, amplitude: 1.0, ticks: 9, count: 1 }));
+    let wide = Health::Unusable(estimator::Reason::Uncertain);
+    for tick in 0..500_000 {
+        now = now.plus_nanos(crate::TICK_NANOS);
+        let health = if tick < 5 { Health::Good } else { wide };
+        experimenter.decide(now, Some(&Estimate { resting: false, ..estimate }), health);
+    }
+    assert_eq!(experimenter.phase(), ExperimentPhase::Ended(CommissioningEnd::NoEstimate));
+}
+
 /// An estimate that is only wide begins nothing: the order waits.
 #[test]
 fn law_an_order_waits_for_a_good_estimate() {

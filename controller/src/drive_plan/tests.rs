@@ -204,3 +204,30 @@ fn law_nothing_exceeds_the_amplitude_allowed() {
         }
     }
 }
+
+/// A map without walks has steps up to where they end, and strides beyond; one without throws nudges as far as it can,
+/// again and again.
+#[test]
+fn law_a_family_that_a_map_lacks_is_replaced_by_its_neighbour() {
+    let planned = |lacks: Family, remaining_mdeg: f32| {
+        let mut map = ResponseMap::without_rows(*self::map().design());
+        map.append_cruises(self::map().cruises()).unwrap();
+        for family in Family::ALL.into_iter().filter(|family| *family != lacks) {
+            map.append_bursts(family, self::map().bursts(family)).unwrap();
+        }
+        map.complete(self::map().step_walk_correlation()).unwrap();
+        let correction = MapCorrection::of(&map);
+        match situation(remaining_mdeg, 0.2).plan(MotorResponse { map: &map, correction: &correction }, true)
+        {
+            Some(DrivePlan::Burst(family, ..)) => Some(family),
+            _ => None,
+        }
+    };
+    for (lacks, remaining_mdeg, expected) in [
+        (Family::Walk, -4.0, Family::Step),
+        (Family::Walk, -40.0, Family::Stride),
+        (Family::Throw, 1500.0, Family::Nudge),
+    ] {
+        assert_eq!(planned(lacks, remaining_mdeg), Some(expected), "{lacks:?} {remaining_mdeg}");
+    }
+}

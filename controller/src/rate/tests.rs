@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::target::Travel;
-use estimator::Reason;
+use estimator::{CameraDescription, Reason};
 
 fn map() -> &'static ResponseMap {
     ResponseMap::table_1()
@@ -93,6 +93,22 @@ fn law_no_drive_on_an_unusable_estimate() {
     assert_eq!(hold.decide(map(), at(1000), Some(&estimate(at(1000), 0.0)), lost), DriveCommand::OFF);
     assert_eq!(hold.reference(), None);
     assert_eq!(hold.decide(map(), at(1001), None, Health::Waiting), DriveCommand::OFF);
+}
+
+/// The default camera shows an error within 0.2 ms. One of 60 Hz does within 33 ms: what it shows is corrected in three
+/// times as long, and the rotor may be ahead by as much more.
+#[test]
+fn exact_a_slow_camera_is_followed_slowly() {
+    let instruments = Instruments::default();
+    let camera =
+        CameraDescription { period_nanos: 16_666_667, latency_nanos: 16_666_667, ..instruments.camera };
+    let default = RateTuning::new(&instruments);
+    assert_eq!((default.catch_up_s, default.ahead_rad), (0.012, 0.052));
+    let slow = RateTuning::new(&Instruments { camera, ..instruments });
+    assert!(
+        (slow.catch_up_s - 0.1).abs() < 1e-6 && (slow.ahead_rad - 0.052 * 0.1 / 0.012).abs() < 1e-5,
+        "{slow:?}"
+    );
 }
 
 /// A rotor ahead is slowed by friction, and driven back only beyond the limit.

@@ -223,3 +223,69 @@ fn law_a_rotor_too_near_for_a_step_is_brought_to_the_target() {
         assert!((scenario.mdeg - target_mdeg).abs() <= 0.1, "{target_mdeg} {}", scenario.mdeg);
     }
 }
+
+/// The health of a camera from which nothing comes, while the angle is known well enough.
+const SILENT: Health = Health::Degraded(Reason::CameraSilent);
+
+impl Scenario {
+    /// Ticks by an estimate of that health until `is_over`, or for ten seconds; how long they took, in ns.
+    fn until(&mut self, health: Health, resting: bool, is_over: impl Fn(PositioningPhase) -> bool) -> u64 {
+        let from = self.now;
+        while !is_over(self.phase()) && self.now.nanos_since(from) < 10_000_000_000 {
+            self.now = self.now.plus_nanos(TICK);
+            let estimate = self.estimate(resting, 20.0);
+            self.positioning.decide(map(), self.now, Some(&estimate), health);
+        }
+        self.now.nanos_since(from)
+    }
+}
+
+/// While the camera is silent a cruise goes on for a window of 0.15 s at most, whatever is predicted of the rotor.
+#[test]
+fn law_a_cruise_ends_in_a_window_without_frames() {
+    for health in [SILENT, Health::Unusable(Reason::Uncertain)] {
+        for target_mdeg in [3600e3, -3600e3] {
+            let mut scenario = Scenario::new(target_mdeg, 1.0);
+            assert!(scenario.rest().mode().is_some());
+            let nanos = scenario.until(health, false, |phase| matches!(phase, PositioningPhase::Settling(_)));
+            assert!(nanos.abs_diff(150_000_000) <= 2 * TICK, "{health:?} {target_mdeg}: {nanos}");
+        }
+    }
+}
+
+/// A rotor at rest that is not seen is not called one that cannot be measured. After the time for which an estimate may
+/// be lost, two seconds and twenty frames, the move ends for want of one.
+#[test]
+fn law_a_silent_camera_at_rest_is_waited_for() {
+    let mut scenario = Scenario::new(0.2, 0.1);
+    let nanos = scenario.until(SILENT, true, |phase| matches!(phase, PositioningPhase::Stopped(_)));
+    assert_eq!(scenario.phase(), PositioningPhase::Stopped(StopReason::NoEstimate));
+    let expected = scenario.positioning.tuning.blind_max_nanos;
+    assert!(nanos.abs_diff(expected) <= 2 * TICK && expected > 2_000_000_000, "{nanos} {expected}");
+    // Another target is waited for as long.
+    scenario.positioning.retarget(Target::try_new(90.0, 0.001).unwrap(), scenario.now);
+    scenario.now = scenario.now.plus_nanos(TICK);
+    scenario.positioning.decide(map(), scenario.now, None, Health::Waiting);
+    assert_eq!(scenario.phase(), PositioningPhase::Waiting(Health::Waiting));
+}
+
+/// A target that was reached is no longer due at the deadline: an estimate that is lost while it is held begins the move
+/// anew.
+#[test]
+fn law_a_hold_outlives_the_deadline_and_a_short_loss() {
+    let mut scenario =
+        Scenario::limited(0.0, 1.0, Limits { deadline_nanos: 2_000_000_000, ..Limits::default() });
+    while scenario.phase() != PositioningPhase::Holding {
+        scenario.rest();
+    }
+    scenario.now = scenario.now.plus_nanos(3_000_000_000);
+    scenario.rest();
+    scenario.now = scenario.now.plus_nanos(TICK);
+    let lost = Health::Unusable(Reason::FramesRefused);
+    scenario.positioning.decide(map(), scenario.now, None, lost);
+    assert_eq!(scenario.phase(), PositioningPhase::Waiting(lost));
+    for _ in 0..100 {
+        scenario.rest();
+    }
+    assert_eq!(scenario.phase(), PositioningPhase::Holding);
+}

@@ -234,3 +234,19 @@ fn exact_a_refused_fault_leaves_the_rig_as_it_was() {
     // 2.5 ms of driving and ringing down, and nothing more.
     assert!((at_ms(20) - at_ms(19)).abs() < 0.2, "{} {}", at_ms(19), at_ms(20));
 }
+
+/// A rotor that is held stays where it is, to the last digit: also with the drive off, where a free one takes long steps.
+#[test]
+fn exact_a_rotor_that_is_held_does_not_turn() {
+    for rotor in ["plant.rotor=height_only", "plant.rotor=tilting"] {
+        // No sample of the vibrometer is due within a long step.
+        let mut rig = rig(&["faults=rotor:stuck@0.02..", "ldv.sample_rate_hz=1000", rotor]);
+        (0..2000).for_each(|_| rig.tick(DriveCommand::full(DriveMode::C), &mut |_| ()));
+        let angle = rig.plant().rotor().angle;
+        assert!(angle != Angle::ZERO);
+        for command in [DriveCommand::OFF, DriveCommand::full(DriveMode::B), DriveCommand::OFF] {
+            (0..2000).for_each(|_| rig.tick(command, &mut |_| ()));
+            assert_eq!(rig.plant().rotor().angle, angle, "{rotor} {command:?}");
+        }
+    }
+}
