@@ -187,14 +187,14 @@ impl Positioning {
     ) -> DriveCommand {
         self.ticks_to_plan = self.ticks_to_plan.saturating_sub(1);
         // An estimate that is wide but right is not lost.
-        let wide = health == Health::Unusable(Reason::Uncertain);
+        let wide = matches!(health, Health::Unusable(Reason::Uncertain));
         let usable = estimate.filter(|_| wide || !matches!(health, Health::Unusable(_)));
         let next = match (&self.phase, usable) {
             (PositioningPhase::Stopped(_), _) => None,
             (_, None) => Some(self.wait(now, health)),
             (_, Some(estimate)) => {
                 self.rest.note_variance(estimate, self.tuning.floor_rad2);
-                if wide || health == Health::Degraded(Reason::CameraSilent) {
+                if wide || matches!(health, Health::Degraded(Reason::CameraSilent)) {
                     self.step_blind(map, now, estimate, wide)
                 } else {
                     self.blind_since = None;
@@ -269,6 +269,7 @@ impl Positioning {
 
     /// [`Self::step`] by the prediction of a silent camera. A cruise goes on for a window, in which nothing shows that
     /// the rotor turns; a rotor with the drive off is not measured meanwhile.
+    #[cold]
     fn step_blind(
         &mut self,
         map: &ResponseMap,

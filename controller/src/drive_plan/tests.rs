@@ -210,7 +210,7 @@ fn law_nothing_exceeds_the_amplitude_allowed() {
 #[test]
 fn law_a_family_that_a_map_lacks_is_replaced_by_its_neighbour() {
     let planned = |lacks: Family, remaining_mdeg: f32| {
-        let mut map = ResponseMap::without_rows(*self::map().design());
+        let mut map = ResponseMap::without_rows(*map().design());
         map.append_cruises(self::map().cruises()).unwrap();
         for family in Family::ALL.into_iter().filter(|family| *family != lacks) {
             map.append_bursts(family, self::map().bursts(family)).unwrap();

@@ -40,7 +40,7 @@ use crate::camera::angle_rate_covariance::AngleRateCovariance;
 use crate::camera::innovation_correlation::InnovationCorrelation;
 use crate::camera::noise::CameraNoise;
 use crate::camera::persistent_error::PersistentError;
-use crate::camera::process::Process;
+use crate::camera::process::{Jitter, Process};
 use crate::camera::rest_test::RestTest;
 use crate::camera::track::{State, Track};
 use crate::camera::track_covariance::TrackCovariance;
@@ -89,6 +89,8 @@ pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
     begun: bool,
     /// The newest frame.
     newest: TrackedFrame<T, B>,
+    /// What no number of frames removes of the estimates that follow from it. Kept, since every tick asks for it.
+    persistent: Jitter<T>,
     /// Those before it, by exposure.
     older: Deque<TrackedFrame<T, B>, { FRAMES_KEPT - 1 }>,
     reference: Reference<T, B>,
@@ -122,6 +124,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             tuning,
             begun: false,
             newest: TrackedFrame { frame, track: Track::started(&frame, Angle::ZERO, None, &tuning) },
+            persistent: Jitter::none(),
             older: Deque::new(),
             reference: Reference { begun: false, turn_known: true, lost: false, trusted: None },
             stuck: None,
@@ -149,6 +152,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         if self.newest.track.still {
             self.newest.track.end_rest();
             self.rest_test = RestTest::default();
+            self.persistent = self.persistent_of(&self.newest.track);
         }
         if let Some(TrackedFrame { track, .. }) = &mut self.reference.trusted {
             track.end_rest();
@@ -193,11 +197,24 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         while self.older.pop_front_if(|tracked| tracked.track.state.at < limit).is_some() {}
         let track = &mut self.newest.track;
         process.carry(&mut track.state, track.resting, limit);
+        self.persistent = self.persistent_of(&self.newest.track);
         self.reference.carry(limit, process);
     }
 
     /// Takes in a frame; what became of it.
     pub(crate) fn update(
+        &mut self,
+        frame: &CameraFrame,
+        context: FrameContext,
+        process: &impl Process<T, B>,
+    ) -> Innovation<T> {
+        let innovation = self.take(frame, context, process);
+        self.persistent = self.persistent_of(&self.newest.track);
+        innovation
+    }
+
+    #[inline(always)]
+    fn take(
         &mut self,
         frame: &CameraFrame,
         FrameContext { clock, quiet, disputed }: FrameContext,

@@ -150,8 +150,11 @@ impl<T: Real> RestDetector<T> {
         let slower_m2_s2 = square_m2_s2.at_most(self.last_m2_s2);
         self.last_m2_s2 = square_m2_s2;
         self.mean_square_m2_s2 += self.weight * (slower_m2_s2 - self.mean_square_m2_s2);
-        self.quiet_since =
-            (self.mean_square_m2_s2 < self.quiet_m2_s2).then(|| self.quiet_since.unwrap_or(sample.taken_at));
+        if self.mean_square_m2_s2 < self.quiet_m2_s2 {
+            self.quiet_since = self.quiet_since.or(Some(sample.taken_at));
+        } else {
+            self.quiet_since = None;
+        }
         true
     }
 

@@ -65,10 +65,9 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     ) -> Option<Estimate<T>> {
         let track = self.track()?;
         let mut estimate = process.predict(from, track.resting, now);
-        for Jitter { angle_rad2, rate_rad2_s2 } in [self.persistent_of(track), process.jitter(now)] {
-            estimate.angle_rad2 += angle_rad2;
-            estimate.rate_rad2_s2 += rate_rad2_s2;
-        }
+        let (persistent, jitter) = (self.persistent, process.jitter(now));
+        estimate.angle_rad2 = estimate.angle_rad2 + persistent.angle_rad2 + jitter.angle_rad2;
+        estimate.rate_rad2_s2 = estimate.rate_rad2_s2 + persistent.rate_rad2_s2 + jitter.rate_rad2_s2;
         Some(estimate)
     }
 

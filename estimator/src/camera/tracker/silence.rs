@@ -3,12 +3,18 @@
 use motor_model::Time;
 
 /// Time between frames, and their latency.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Intervals {
     /// Mean time from exposure to exposure, the latest weighing most, in ns; `None` before the second frame.
     mean_nanos: Option<u64>,
-    /// Latency of the last frame, in ns.
-    latency_nanos: u64,
+    /// Time from the exposure of the last frame after which the camera is silent, in ns.
+    silent_after_nanos: u64,
+}
+
+impl Default for Intervals {
+    fn default() -> Self {
+        Self { mean_nanos: None, silent_after_nanos: u64::MAX }
+    }
 }
 
 impl Intervals {
@@ -28,15 +34,17 @@ impl Intervals {
                 mean_nanos - (mean_nanos >> Self::MEAN_SHIFT) + (counted_nanos >> Self::MEAN_SHIFT)
             }));
         }
-        self.latency_nanos = clock.nanos_since(exposed_at);
+        if let Some(mean_nanos) = self.mean_nanos {
+            let latency_nanos = clock.nanos_since(exposed_at);
+            // Right for intervals below a century.
+            self.silent_after_nanos = latency_nanos.wrapping_add(mean_nanos.wrapping_mul(5) / 2);
+        }
     }
 
     /// Whether no frame has come for two and a half of the mean intervals since `newest_at` and the latency of the last
     /// frame.
     pub(super) fn silent(&self, newest_at: Time, now: Time) -> bool {
-        // Right for intervals below a century.
-        let after_nanos = |mean_nanos: u64| self.latency_nanos.wrapping_add(mean_nanos.wrapping_mul(5) / 2);
-        self.mean_nanos.is_some_and(|mean_nanos| now.nanos_since(newest_at) > after_nanos(mean_nanos))
+        now.nanos_since(newest_at) > self.silent_after_nanos
     }
 }
 

@@ -240,7 +240,7 @@ fn exact_a_refused_fault_leaves_the_rig_as_it_was() {
 fn exact_a_rotor_that_is_held_does_not_turn() {
     for rotor in ["plant.rotor=height_only", "plant.rotor=tilting"] {
         // No sample of the vibrometer is due within a long step.
-        let mut rig = rig(&["faults=rotor:stuck@0.02..", "ldv.sample_rate_hz=1000", rotor]);
+        let mut rig = rig(&["faults=rotor:stuck@0.02..", "ldv.sample_rate_hz=10000", rotor]);
         (0..2000).for_each(|_| rig.tick(DriveCommand::full(DriveMode::C), &mut |_| ()));
         let angle = rig.plant().rotor().angle;
         assert!(angle != Angle::ZERO);
