@@ -194,12 +194,14 @@ impl Positioning {
             (_, None) => Some(self.wait(now, health)),
             (_, Some(estimate)) => {
                 self.rest.note_variance(estimate, self.tuning.floor_rad2);
-                if wide || matches!(health, Health::Degraded(Reason::CameraSilent)) {
-                    self.step_blind(map, now, estimate, wide)
+                let ended = if wide || matches!(health, Health::Degraded(Reason::CameraSilent)) {
+                    self.end_blind(map, now)
                 } else {
                     self.blind_since = None;
-                    self.step(map, now, estimate, wide)
-                }
+                    None
+                };
+                // In one place, so that it is no call.
+                ended.or_else(|| self.step(map, now, estimate, wide))
             }
         };
         if let Some(next) = next {
@@ -267,16 +269,11 @@ impl Positioning {
         }
     }
 
-    /// [`Self::step`] by the prediction of a silent camera. A cruise goes on for a window, in which nothing shows that
-    /// the rotor turns; a rotor with the drive off is not measured meanwhile.
+    /// What a silent camera ends. A cruise goes on for a window, in which nothing shows that the rotor turns; a rotor
+    /// with the drive off is not measured meanwhile.
     #[cold]
-    fn step_blind(
-        &mut self,
-        map: &ResponseMap,
-        now: Time,
-        estimate: &Estimate<f32>,
-        wide: bool,
-    ) -> Option<PositioningPhase> {
+    #[inline(never)]
+    fn end_blind(&mut self, map: &ResponseMap, now: Time) -> Option<PositioningPhase> {
         let blind_nanos = now.nanos_since(*self.blind_since.get_or_insert(now));
         match self.phase {
             PositioningPhase::Cruise { cruise, .. } if blind_nanos > self.tuning.progress_window_nanos => {
@@ -289,9 +286,9 @@ impl Positioning {
             }
             PositioningPhase::Settling(_) => {
                 self.watch.begin_measuring_anew();
-                self.step(map, now, estimate, wide)
+                None
             }
-            _ => self.step(map, now, estimate, wide),
+            _ => None,
         }
     }
 

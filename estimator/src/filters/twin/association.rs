@@ -53,22 +53,38 @@ const LINEAR_S: f64 = 3e-7;
 
 /// The pair that an impact is associated with.
 pub(super) struct Association<T> {
-    /// Its gap and approach, linearised for the update.
-    pub(super) hypothesis: PairHypothesis<T>,
+    pub(super) pair: usize,
     /// Variances of gap and approach by what their linearisation leaves out.
     pub(super) second_order: [T; 2],
     pub(super) innovation: ContactInnovation<T>,
     pub(super) misfit: T,
 }
 
-/// One pair as the one in contact: gap and approach, linearised about some errors.
+/// A scalar measurement whose row is held as `U' row`.
+#[derive(Default)]
+pub(super) struct LinearMeasurement<T> {
+    /// Derivative by the impact's instant.
+    by_instant: T,
+    pub(super) innovation: T,
+    pub(super) noise: T,
+}
+
+/// One pair as the one in contact: gap and approach, as last linearised.
 pub(super) struct PairHypothesis<T> {
     pub(super) pair: usize,
-    pub(super) measurements: [ContactMeasurement<T>; 2],
+    pub(super) measurements: [LinearMeasurement<T>; 2],
     /// Their rows times U.
     pub(super) whitened: [[T; STATES]; 2],
     /// Covariance that the estimates' errors give them, the upper triangle alone.
     variances: [[T; 2]; 2],
+}
+
+impl<T: Real> PairHypothesis<T> {
+    /// Not linearised yet.
+    pub(super) fn of(pair: usize) -> Self {
+        let measurements = <[LinearMeasurement<T>; 2]>::default();
+        Self { pair, measurements, whitened: [[T::zero(); STATES]; 2], variances: [[T::zero(); 2]; 2] }
+    }
 }
 
 /// A hypothesis against the covariance.
@@ -83,8 +99,9 @@ struct Score<T> {
 }
 
 impl<T: Real> StatorFilter<T> {
-    /// The pair that the impact is associated with, linearised near the errors that the impact implies; the pair that
-    /// is `told`, if any. The impact is noise when its misfit exceeds that of noise by `noise_log_odds`.
+    /// The pair that the impact is associated with; the one that is `told`, if any. Of the hypotheses that of this pair
+    /// is then linearised near the errors that the impact implies. The impact is noise when its misfit exceeds that of
+    /// noise by `noise_log_odds`.
     ///
     /// # Errors
     /// When both pairs misfit by more than noise does.
@@ -92,18 +109,18 @@ impl<T: Real> StatorFilter<T> {
     pub(super) fn associate(
         &mut self,
         impact: &MeasuredImpact<T>,
+        [of_zero, of_one]: &mut [PairHypothesis<T>; 2],
         told: Option<u8>,
         noise_log_odds: T,
     ) -> Result<Association<T>, UnassociatedImpact<T>> {
-        let mut of_zero = self.linearise(0, impact, &Row::zeros());
-        let mut of_one = self.linearise(1, impact, &Row::zeros());
-        let (zero, one) = (self.score(&of_zero), self.score(&of_one));
+        self.linearise(of_zero, impact, &Row::zeros());
+        self.linearise(of_one, impact, &Row::zeros());
+        let (zero, one) = (self.score(of_zero), self.score(of_one));
         // Of the innovation's covariance, in m^4/s^2.
         let determinant = |score: &Score<T>| score.innovation.gap_m2 * score.innovation.approach_m2_s2;
         let surplus = zero.misfit - one.misfit + natural_log(determinant(&zero) / determinant(&one));
         let is_first = told.map_or(surplus <= T::zero(), |pair| pair == 0);
-        let (hypothesis, better) = if is_first { (&mut of_zero, zero) } else { (&mut of_one, one) };
-        let pair = hypothesis.pair;
+        let (hypothesis, better) = if is_first { (of_zero, zero) } else { (of_one, one) };
         let of_noise = impact.jump_m_s * impact.jump_m_s / impact.jump_m2_s2;
         let limit = of_noise + noise_log_odds;
         let unassociated = |&Score { misfit, innovation, .. }: &Score<T>| UnassociatedImpact {
@@ -114,7 +131,7 @@ impl<T: Real> StatorFilter<T> {
             return Err(unassociated(&better));
         }
         let implied = self.implied_errors(impact, hypothesis, &better);
-        *hypothesis = self.linearise(pair, impact, &implied);
+        self.linearise(hypothesis, impact, &implied);
         let mut score = self.score(hypothesis);
         let Score { misfit, innovation, .. } = score;
         if misfit > limit {
@@ -123,28 +140,32 @@ impl<T: Real> StatorFilter<T> {
         let inflation_misfit = T::from_f64(INFLATION_MISFIT);
         if misfit > inflation_misfit {
             self.covariance.inflate::<INSTANT>(T::from_f64(INFLATION) * misfit / inflation_misfit);
-            *hypothesis = self.linearise(pair, impact, &Row::zeros());
+            self.linearise(hypothesis, impact, &Row::zeros());
             score = self.score(hypothesis);
         }
         let shift_s = self.implied_instant_s(impact, hypothesis, &score) - entry(&implied, INSTANT);
         let has_converged = misfit <= inflation_misfit && shift_s.abs() < T::from_f64(LINEAR_S);
         if !has_converged {
             let implied = self.implied_errors(impact, hypothesis, &score);
-            *hypothesis = self.linearise(pair, impact, &implied);
+            self.linearise(hypothesis, impact, &implied);
         }
-        let hypothesis = if is_first { of_zero } else { of_one };
-        Ok(Association { hypothesis, second_order: score.second_order, innovation, misfit })
+        Ok(Association { pair: hypothesis.pair, second_order: score.second_order, innovation, misfit })
     }
 
-    /// Gap and approach of `pair`, linearised about `errors`.
+    /// Gap and approach of the pair of `hypothesis`, linearised about `errors`.
     #[inline(never)]
-    fn linearise(&self, pair: usize, impact: &MeasuredImpact<T>, errors: &Row<T>) -> PairHypothesis<T> {
-        let measurements = self.contact_measurements(impact, pair, errors);
-        let mut whitened = [[T::zero(); STATES]; 2];
+    fn linearise(&self, hypothesis: &mut PairHypothesis<T>, impact: &MeasuredImpact<T>, errors: &Row<T>) {
+        let [gap, approach] = &self.contact_measurements(impact, hypothesis.pair, errors);
+        hypothesis.measurements =
+            [gap, approach].map(|&ContactMeasurement { ref row, innovation, noise }| LinearMeasurement {
+                by_instant: entry(row, INSTANT),
+                innovation,
+                noise,
+            });
         // Instant and jump are those of this impact: independent of all else.
-        let rows = measurements.each_ref().map(|measurement| &measurement.row);
-        let variances = self.covariance.whiten::<IMPACT_STATES, _, _, _, 2>(rows, &mut whitened);
-        PairHypothesis { pair, measurements, whitened, variances }
+        hypothesis.variances = self
+            .covariance
+            .whiten::<IMPACT_STATES, _, _, _, 2>([&gap.row, &approach.row], &mut hypothesis.whitened);
     }
 
     /// Scores a hypothesis without an update of the covariance: gap first, then approach given the gap.
@@ -203,8 +224,7 @@ impl<T: Real> StatorFilter<T> {
     ) -> T {
         let ([gap, approach], [by_gap, by_approach]) = (&hypothesis.measurements, score.weighted_innovation);
         impact.clamp_instant_s(
-            self.instant_s2()
-                * (entry(&gap.row, INSTANT) * by_gap + entry(&approach.row, INSTANT) * by_approach),
+            self.instant_s2() * (gap.by_instant * by_gap + approach.by_instant * by_approach),
         )
     }
 
@@ -218,9 +238,8 @@ impl<T: Real> StatorFilter<T> {
     fn second_order(&self, hypothesis: &PairHypothesis<T>) -> [T; 2] {
         let PairHypothesis { measurements: [gap, approach], variances, .. } = hypothesis;
         let ([[gap_m2, _], [_, approach_m2_s2]], instant_s2) = (*variances, self.instant_s2());
-        let beside_instant = |measurement: &ContactMeasurement<T>, variance: T| {
-            let by_instant = entry(&measurement.row, INSTANT);
-            not_negative(variance - by_instant * by_instant * instant_s2)
+        let beside_instant = |measurement: &LinearMeasurement<T>, variance: T| {
+            not_negative(variance - measurement.by_instant * measurement.by_instant * instant_s2)
         };
         let [_, _, stiffest] = &self.oscillators;
         let per_s4 = stiffest.stiffness_per_s2 * stiffest.stiffness_per_s2;
@@ -305,11 +324,14 @@ mod tests {
         stator.covariance.replace_state(JUMP, jump_m2_s2);
         stator.covariance.replace_state(INSTANT, PERIOD_S * PERIOD_S / 12.0);
         stator.covariance.replace_state(PAIR_AMPLITUDES, 100.0);
-        let [vague, true_one] =
-            [0, 1].map(|pair| stator.score(&stator.linearise(pair, &impact, &Row::zeros())).misfit);
+        let mut hypotheses = [0, 1].map(PairHypothesis::of);
+        let [vague, true_one] = hypotheses.each_mut().map(|hypothesis| {
+            stator.linearise(hypothesis, &impact, &Row::zeros());
+            stator.score(hypothesis).misfit
+        });
         assert!(vague < true_one, "the case is as described: {vague} {true_one}");
-        let associated = stator.associate(&impact, None, NOISE_LOG_ODDS);
-        assert_eq!(associated.map(|association| association.hypothesis.pair).ok(), Some(1));
+        let associated = stator.associate(&impact, &mut hypotheses, None, NOISE_LOG_ODDS);
+        assert_eq!(associated.map(|association| association.pair).ok(), Some(1));
     }
 
     /// The height is known to 1 um, the jump to 0.2 mm/s and the instant to 1.4 us, all else exactly. A gap that is off
@@ -334,7 +356,8 @@ mod tests {
             behind_s: 0.0,
             drift_m_s: 0.0,
         };
-        let hypothesis = stator.linearise(0, &impact, &Row::zeros());
+        let mut hypothesis = PairHypothesis::of(0);
+        stator.linearise(&mut hypothesis, &impact, &Row::zeros());
         let [approach_s2, gap_s2] = stator.score(&hypothesis).second_order;
         let fastest_s2 = (core::f64::consts::TAU * params.get(Parameter::ModeCFrequency)).powi(2);
         let approach_m2_s2 = stator.approach_per_jump.powi(2) * jump_m2_s2;
@@ -365,7 +388,7 @@ mod tests {
             stator.height_m = 3e-7;
             stator.covariance.replace_state(JUMP, impact.jump_m2_s2);
             stator.covariance.replace_state(INSTANT, PERIOD_S * PERIOD_S / 12.0);
-            stator.associate(&impact, None, noise_log_odds)
+            stator.associate(&impact, &mut [0, 1].map(PairHypothesis::of), None, noise_log_odds)
         };
         let noise = associated(NOISE_LOG_ODDS).err().expect("noise");
         assert!((100.0..500.0).contains(&noise.excess_misfit), "{}", noise.excess_misfit);

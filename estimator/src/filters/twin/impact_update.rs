@@ -53,15 +53,18 @@ impl<T: Real> StatorFilter<T> {
         self.predict_to_impact(instant_s2, impact.jump_m2_s2);
         self.at_rest = false;
         let noise_log_odds = if told.is_some() { NO_NOISE_LOG_ODDS } else { NOISE_LOG_ODDS };
-        let Association { hypothesis, second_order, innovation, misfit } =
-            self.associate(impact, told, T::from_f64(noise_log_odds))?;
-        let errors = self.update_by_pair(impact, &hypothesis, second_order);
+        let mut hypotheses = [0, 1].map(PairHypothesis::of);
+        let Association { pair, second_order, innovation, misfit } =
+            self.associate(impact, &mut hypotheses, told, T::from_f64(noise_log_odds))?;
+        let [of_zero, of_one] = &hypotheses;
+        let hypothesis = if pair == 0 { of_zero } else { of_one };
+        let errors = self.update_by_pair(impact, hypothesis, second_order);
         self.jump_m_s = impact.jump_m_s;
         self.correct(&errors);
         let instant_s = errors.as_slice().get(INSTANT).copied().unwrap_or_default();
         let back =
             Uncertain { value: impact.back_s(instant_s), variance: self.covariance.variance::<INSTANT>() };
-        let tooth = self.tooth(hypothesis.pair, &Row::zeros());
+        let tooth = self.tooth(pair, &Row::zeros());
         let stator_back_s = back.value - impact.behind_s;
         let tooth_velocity = self.begin_tooth_velocity(&tooth, stator_back_s, beside_m_s);
         self.apply_recoil(&tooth, back.value, impact.behind_s);
