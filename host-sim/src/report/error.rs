@@ -88,7 +88,7 @@ impl OutputError {
                 "--merge takes the table of each part of one study; `--shard I/N` makes part I".to_owned(),
             ),
             Self::OtherScene { .. } => Some(
-                "parts and --merge take the same --scene, --set, --fault, --seed, --map and --beside"
+                "--merge and all parts take the same --scene, --set, --fault and --seed, the same map and scenes beside"
                     .to_owned(),
             ),
             Self::Exists { .. } => Some("--force writes over it".to_owned()),

@@ -304,7 +304,7 @@ mod tests {
     fn exact_parts_of_another_scene_are_refused() {
         let part =
             |name: &str, digest, numbers| Part { path: name.into(), digest, rows: rows(numbers).to_vec() };
-        let [one, two] = ["one", "two"].map(|line| digest(line));
+        let [one, two] = ["one", "two"].map(digest);
         let parts = |first: &Option<SceneDigest>, second: &Option<SceneDigest>| {
             [part("a.csv", first.clone(), [0, 1]), part("b.csv", second.clone(), [2, 3])]
         };
