@@ -333,7 +333,9 @@ pub fn main() -> ExitCode {
         // Help and version are no errors.
         Err(answer) if !answer.use_stderr() => answer.exit(),
         Err(error) => {
-            complain(&usage_error(&error.render().to_string()));
+            let words: Vec<String> =
+                std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+            complain(&usage_error(&error.render().to_string(), &words));
             return ExitCode::from(2);
         }
     };
@@ -350,18 +352,24 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// A usage error on one line: what is wrong, and the parser's tip or where to read on.
-fn usage_error(report: &str) -> String {
+/// A usage error on one line: what is wrong, and the parser's tip or where to read on, for a command line of `words`.
+fn usage_error(report: &str, words: &[impl AsRef<str>]) -> String {
     let mut paragraphs = report.split("\n\n").map(|paragraph| {
         let lines: Vec<&str> = paragraph.lines().map(str::trim).collect();
         lines.join(" ")
     });
     let what = paragraphs.next().unwrap_or_default();
     let tip = paragraphs.find_map(|paragraph| paragraph.strip_prefix("tip: ").map(str::to_owned));
-    format!(
-        "{what}; hint: {}",
-        tip.unwrap_or_else(|| "`host-sim --help` lists commands and flags".to_owned())
-    )
+    format!("{what}; hint: {}", tip.unwrap_or_else(|| where_to_read(words)))
+}
+
+/// The help of the command that `words` begin with, or that of all commands if they begin with none.
+fn where_to_read(words: &[impl AsRef<str>]) -> String {
+    let first = words.iter().map(AsRef::as_ref).find(|word| !word.starts_with('-'));
+    match first.filter(|word| Cli::command().find_subcommand(word).is_some()) {
+        Some(command) => format!("`host-sim {command} --help` lists its flags"),
+        None => "`host-sim --help` lists commands and flags".to_owned(),
+    }
 }
 
 #[cfg(test)]
@@ -377,20 +385,21 @@ mod tests {
             ),
             (
                 vec!["host-sim", "simulate", "--format", "xml"],
-                "error: invalid value 'xml' for '--format <FORMAT>'",
+                "error: invalid value 'xml' for '--format <FORMAT>' [possible values: text, json]; hint: \
+                 `host-sim simulate --help` lists its flags",
             ),
             (
                 vec!["host-sim", "estimate", "--motors", "0"],
-                "error: --motors = 0 is outside its bounds 1 to 10000; hint: ",
+                "error: --motors = 0 is outside its bounds 1 to 10000; hint: `host-sim estimate --help` lists its",
             ),
             (
-                vec!["host-sim", "filters", "--plants", "1.5"],
-                "error: --motors = 1.5 is not a whole number, bounds 1 to 10000; hint: ",
+                vec!["host-sim", "--quiet", "filters", "--plants", "1.5"],
+                "error: --motors = 1.5 is not a whole number, bounds 1 to 10000; hint: `host-sim filters --help`",
             ),
             (vec!["host-sim", "fly"], "error: unrecognized subcommand 'fly'; hint: `host-sim --help`"),
         ] {
-            let report = Cli::try_parse_from(arguments).unwrap_err().render().to_string();
-            let line = usage_error(&report);
+            let report = Cli::try_parse_from(&arguments).unwrap_err().render().to_string();
+            let line = usage_error(&report, &arguments[1..]);
             assert!(line.starts_with(expected) && line.lines().count() == 1, "{line}");
         }
     }

@@ -112,7 +112,9 @@ impl Parts {
         };
         let with_unit = |bounds: &str, unit: &str| Some(format!("{bounds} {unit}").trim_end().to_owned());
         match error {
-            SceneError::InFile { source, .. } => Self::of(source),
+            SceneError::InFile { source, .. } | SceneError::Follows { refused: source, .. } => {
+                Self::of(source)
+            }
             SceneError::UnknownKey { key, .. } => Self { key: Some(key.clone()), ..Self::default() },
             SceneError::UnknownTable { table, .. } | SceneError::IsTable { table } => {
                 Self { key: Some(table.clone()), ..Self::default() }

@@ -8,12 +8,13 @@ use super::beside::BesideArgs;
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
 use super::report::Request;
-use super::shard::ShardArgs;
+use super::shard::{ShardArgs, scene_digest};
 use super::{MapArgs, SceneArgs, progress};
 use crate::cli::CommandError;
 use crate::report::OutputError;
 use crate::studies::beside::BesideScene;
 use crate::studies::gyroscope_calibration::{CalibrationOutcome, CalibrationPlan, Calibrations};
+use crate::studies::shard::SceneDigest;
 use simulation::runs::RunError;
 
 #[derive(Debug, Args)]
@@ -49,11 +50,12 @@ impl CalibrateArgs {
         let settings = [("calibrate.duration_s", &self.duration)];
         let scene = self.map.provide(self.scene.load("calibrate", &settings)?)?;
         self.parts.refuse("--beside", self.beside.is_given())?;
+        let digest = scene_digest("calibrate", [&scene], &self.map)?;
         let request = Request::of_scene("calibrate", &scene).with_key_flags(&["--duration"]);
-        if let Some(outcomes) = self.parts.merged(|outcome: &CalibrationOutcome| outcome.number)? {
+        if let Some(outcomes) = self.parts.merged(&digest, |outcome: &CalibrationOutcome| outcome.number)? {
             let publication = self.publication.open(&self.out)?;
             let whole = CalibrationPlan::merged(&scene, outcomes)?;
-            return Ok(publication.publish(findings(&whole)?, &request)?);
+            return Ok(publication.publish(findings(&whole, &digest)?, &request)?);
         }
         let plan = CalibrationPlan::new(&scene, self.runs, self.motors)?.part(self.parts.shard)?;
         let beside = self.beside.scenes("calibrate", &scene, |scene| self.map.provide(scene))?;
@@ -69,13 +71,13 @@ impl CalibrateArgs {
             beside.into_iter().map(|other| other.and_then(|plan| plan.run(&progress))).collect();
         calibrations.beside = beside?;
         bar.finish_and_clear();
-        Ok(publication.publish(findings(&calibrations)?, &request)?)
+        Ok(publication.publish(findings(&calibrations, &digest)?, &request)?)
     }
 }
 
-fn findings(calibrations: &Calibrations) -> Result<Findings, OutputError> {
+fn findings(calibrations: &Calibrations, digest: &SceneDigest) -> Result<Findings, OutputError> {
     Ok(Findings {
-        files: vec![("runs.csv".to_owned(), calibrations.csv()?)],
+        files: vec![("runs.csv".to_owned(), digest.marked(&calibrations.csv()?)?)],
         json: calibrations.json(),
         report: calibrations.report(),
     })

@@ -13,7 +13,7 @@ use super::learning::{LearnArgs, NOT_REACHED};
 use super::log_args::LogArgs;
 use super::publication::{DrawingArgs, Findings, PublicationArgs};
 use super::report::{ReportArgs, Request};
-use super::shard::ShardArgs;
+use super::shard::{ShardArgs, scene_digest};
 use super::{Format, MapArgs, SceneArgs, progress, result_json};
 use crate::cli::CommandError;
 use crate::report::OutputError;
@@ -27,6 +27,7 @@ use crate::studies::positioning_trials::{
     self, PositioningTrial, PositioningTrials, Strategy, StrategyTrials,
 };
 use crate::studies::response_map;
+use crate::studies::shard::SceneDigest;
 use analysis::response_map::ResponseMapCampaign;
 use simulation::runs::record::Observer as _;
 use simulation::runs::{RunError, position};
@@ -220,10 +221,14 @@ impl PositioningTrialsArgs {
         let request = Request::of_scene("positioning-trials", &scene);
         self.parts.refuse("--compare", self.compare.is_some())?;
         self.parts.refuse("--beside", self.beside.is_given())?;
-        if let Some(trials) = self.parts.merged(|trial: &PositioningTrial| trial.number)? {
+        // The tolerance of trials is another than that of a move, unless it is set.
+        let mut asked = scene.clone();
+        asked.set("position.tolerance_deg", &positioning_trials::tolerance_deg(&scene).to_string())?;
+        let digest = scene_digest("positioning-trials", [&asked], &self.map)?;
+        if let Some(trials) = self.parts.merged(&digest, |trial: &PositioningTrial| trial.number)? {
             let whole = PositioningTrials::alone(&scene, StrategyTrials::merged(&scene, trials));
             let publication = self.publication.open(&self.out)?;
-            return Ok(publication.publish(Self::findings(&whole)?, &request)?);
+            return Ok(publication.publish(Self::findings(&whole, &digest)?, &request)?);
         }
         let plan = positioning_trials::PositioningTrialsPlan::new(&scene, Strategy::Planned, self.motors)?;
         let plan = plan.part(self.parts.shard)?;
@@ -247,12 +252,12 @@ impl PositioningTrialsArgs {
         let alone = PositioningTrials::alone(&scene, trials);
         let report = PositioningTrials { others: others?, beside: beside?, ..alone };
         bar.finish_and_clear();
-        Ok(publication.publish(Self::findings(&report)?, &request)?)
+        Ok(publication.publish(Self::findings(&report, &digest)?, &request)?)
     }
 
-    fn findings(trials: &PositioningTrials) -> Result<Findings, OutputError> {
+    fn findings(trials: &PositioningTrials, digest: &SceneDigest) -> Result<Findings, OutputError> {
         Ok(Findings {
-            files: vec![("trials.csv".to_owned(), trials.csv()?)],
+            files: vec![("trials.csv".to_owned(), digest.marked(&trials.csv()?)?)],
             json: trials.json(),
             report: trials.report(),
         })

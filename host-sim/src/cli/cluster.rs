@@ -111,7 +111,7 @@ impl ClusterArgs {
         let described = job.plan.described();
         let earlier = earlier_parts(job.out, &described)?;
         if earlier.is_some() && !job.resume {
-            return Err(SweepError::Output(OutputError::Exists { path: job.out.join(JOB_FILE) }).into());
+            return Err(SweepError::Begun { path: job.out.join(JOB_FILE) }.into());
         }
         let cost = job.plan.cost(self.cpus())?;
         let most = match scheduler {

@@ -11,8 +11,8 @@ use super::count::Count;
 use super::microcontroller::count_instructions;
 use super::publication::{Findings, PublicationArgs};
 use super::report::Request;
-use super::shard::ShardArgs;
-use super::{SceneArgs, progress};
+use super::shard::{ShardArgs, scene_digest};
+use super::{MapArgs, SceneArgs, progress};
 use crate::board::qemu::Board;
 use crate::cli::CommandError;
 use crate::report::OutputError;
@@ -60,8 +60,9 @@ impl EstimateArgs {
         let scene = self.scene.load("estimate", &[])?;
         self.parts.refuse("--beside", self.beside.is_given())?;
         let request = Request::of_scene("estimate", &scene);
+        let digest = scene_digest("estimate", [&scene], &MapArgs::default())?;
         let number = |motor: &ComparedMotor| motor.number;
-        if let Some(motors) = self.parts.merged_by(shard::unpacked, number)? {
+        if let Some(motors) = self.parts.merged_by(shard::unpacked, &digest, number)? {
             let publication = self.publication.open(&self.out)?;
             return Ok(publication.publish(findings(&FilterErrors::of(&motors))?, &request)?);
         }
@@ -80,7 +81,7 @@ impl EstimateArgs {
         bar.finish_and_clear();
         if self.parts.is_part() {
             let mut file = files::Output::create(&self.out.join(PART_FILE))?;
-            file.write_all(&shard::packed(&motors)?).map_err(|source| file.unwritable(source))?;
+            file.write_all(&shard::packed(&digest, &motors)?).map_err(|source| file.unwritable(source))?;
             file.publish()?;
         }
         Ok(publication.publish(findings(&FilterErrors::of(&motors).with_beside(beside?))?, &request)?)

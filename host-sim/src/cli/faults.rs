@@ -8,7 +8,7 @@ use super::beside::BesideArgs;
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
 use super::report::Request;
-use super::shard::ShardArgs;
+use super::shard::{ShardArgs, scene_digest};
 use super::{MapArgs, SceneArgs, progress};
 use crate::cli::CommandError;
 use crate::studies::beside::{BesideScene, FIRST};
@@ -40,7 +40,10 @@ impl FaultsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.scene.load("faults", &[])?;
         let publication = self.publication.open(&self.out)?;
-        let campaign = if let Some(runs) = self.parts.merged(|run: &FaultRun| run.number)? {
+        let beside = self.beside.scenes("faults", &scene, Ok)?;
+        let all = std::iter::once(&scene).chain(beside.iter().map(|beside| &beside.scene));
+        let digest = scene_digest("faults", all, &self.map)?;
+        let campaign = if let Some(runs) = self.parts.merged(&digest, |run: &FaultRun| run.number)? {
             FaultCampaign { runs }
         } else {
             let scene = self.map.provide(scene.clone())?;
@@ -54,7 +57,7 @@ impl FaultsArgs {
             campaign
         };
         let findings = Findings {
-            files: vec![("runs.csv".to_owned(), shard::csv(&campaign.runs)?)],
+            files: vec![("runs.csv".to_owned(), digest.marked(&shard::csv(&campaign.runs)?)?)],
             json: campaign.json(),
             report: campaign.report(),
         };

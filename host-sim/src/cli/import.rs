@@ -102,7 +102,7 @@ pub(super) struct ImportArgs {
     /// Its column of times
     #[arg(long, value_name = "COLUMN", default_value = "time_s", requires = "drive")]
     drive_time: ColumnName,
-    /// Its column of modes: b, c, off
+    /// Its column of modes: b, c, off. A row without a mode is no row of the drive
     #[arg(long, value_name = "COLUMN", default_value = "drive_mode", requires = "drive")]
     drive_mode: String,
     /// Its column of amplitudes, of full drive
@@ -132,6 +132,7 @@ impl ImportArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.scene.load("import", &[("record.model", &self.model)])?;
         let recording = self.recording();
+        self.log.apart_from([&self.camera, &self.vibrometer, &self.drive].into_iter().flatten())?;
         let import = Import::new(&recording, scene)?;
         let mut log = self.log.open("import", import.scene())?;
         let imported = match import.run(&mut log) {

@@ -7,8 +7,8 @@ use clap::Args;
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
 use super::report::Request;
-use super::shard::ShardArgs;
-use super::{SceneArgs, progress};
+use super::shard::{ShardArgs, scene_digest};
+use super::{MapArgs, SceneArgs, progress};
 use crate::cli::CommandError;
 use crate::studies::instrument_grid::{GridMove, InstrumentGrid, InstrumentGridPlan, benches};
 use crate::studies::shard;
@@ -46,8 +46,9 @@ fn part_of_a_name(text: &str) -> Result<String, String> {
 impl InstrumentsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.scene.load("instruments", &[])?;
+        let digest = scene_digest("instruments", [&scene], &MapArgs::default())?;
         let publication = self.publication.open(&self.out)?;
-        let grid = if let Some(moves) = self.parts.merged(|made: &GridMove| made.number)? {
+        let grid = if let Some(moves) = self.parts.merged(&digest, |made: &GridMove| made.number)? {
             InstrumentGrid { moves }
         } else {
             let plan = InstrumentGridPlan::new(&scene, self.motors, &self.only, self.parts.shard);
@@ -57,7 +58,7 @@ impl InstrumentsArgs {
             grid
         };
         let findings = Findings {
-            files: vec![("moves.csv".to_owned(), shard::csv(&grid.moves)?)],
+            files: vec![("moves.csv".to_owned(), digest.marked(&shard::csv(&grid.moves)?)?)],
             json: grid.json(),
             report: grid.report(),
         };

@@ -10,7 +10,7 @@ use clap::{Args, ValueHint};
 use super::count::Count;
 use super::interruption;
 use crate::log::{Ending, LogError, LogOptions, LogRecorder};
-use crate::report::OutputError;
+use crate::report::{OutputError, files};
 use simulation::runs::record::{Observer, RunRecord};
 use simulation::scene::Scene;
 
@@ -34,6 +34,19 @@ pub(super) struct Log(Option<LogRecorder>);
 impl LogArgs {
     /// Ticks from one logged estimate to the next, unless a flag says otherwise: 0.1 ms.
     const EVERY: u64 = 10;
+
+    /// Refuses a log in the place of one of the files that are read.
+    ///
+    /// # Errors
+    /// When it has the place of one.
+    pub(super) fn apart_from<'a>(
+        &self,
+        inputs: impl IntoIterator<Item = &'a PathBuf>,
+    ) -> Result<(), LogError> {
+        let Some(path) = &self.log else { return Ok(()) };
+        let is_read = inputs.into_iter().any(|input| files::is_same(path, input));
+        if is_read { Err(LogError::OverInput { path: path.clone() }) } else { Ok(()) }
+    }
 
     /// Opens the log of a run of `command`, if one was asked for. From now on Ctrl-C ends the run and not the process;
     /// a second one ends the process.

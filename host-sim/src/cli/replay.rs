@@ -37,6 +37,7 @@ pub(super) struct ReplayArgs {
 
 impl ReplayArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
+        self.log.apart_from([&self.log_file])?;
         let scene = self.changed(open(&self.log_file)?.0.scene)?;
         let mut log = self.log.open("replay", &scene)?;
         let replayed = match replay(&self.log_file, &scene, self.strict, &mut log) {

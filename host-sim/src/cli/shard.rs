@@ -8,9 +8,12 @@ use clap::error::ErrorKind;
 use clap::{Arg, Args, Command, Error};
 use serde::de::DeserializeOwned;
 
+use super::MapArgs;
+use super::readers::Reader;
 use crate::report::OutputError;
-use crate::studies::shard::{self, Shard};
-use simulation::scene::SceneError;
+use crate::scene_files::read_response_map;
+use crate::studies::shard::{self, Part, SceneDigest, Shard};
+use simulation::scene::{Scene, SceneError, registry};
 
 /// A shard as `I/N`, counted from 1.
 #[derive(Clone, Debug)]
@@ -59,35 +62,59 @@ impl ShardArgs {
         })
     }
 
-    /// The rows of the parts to be put together, by their `number`; `None` if runs are to be made.
+    /// The rows of the parts to be put together, by their `number`, of the scene with this digest; `None` if runs are
+    /// to be made.
     ///
     /// # Errors
-    /// When a file cannot be read, or has other rows.
+    /// When a file cannot be read, has other rows, or is of another scene.
     pub(super) fn merged<T: DeserializeOwned + PartialEq>(
         &self,
+        digest: &SceneDigest,
         number: impl Fn(&T) -> u64,
     ) -> Result<Option<Vec<T>>, OutputError> {
-        self.merged_by(shard::read, number)
+        self.merged_by(shard::read, digest, number)
     }
 
     /// The same of files that `read` reads.
     ///
     /// # Errors
-    /// That of `read`.
+    /// That of `read`, and when a file is of another scene.
     pub(super) fn merged_by<T: PartialEq>(
         &self,
-        read: impl Fn(&Path) -> Result<Vec<T>, OutputError>,
+        read: impl Fn(&Path) -> Result<Part<T>, OutputError>,
+        digest: &SceneDigest,
         number: impl Fn(&T) -> u64,
     ) -> Result<Option<Vec<T>>, OutputError> {
         if self.merge.is_empty() {
             return Ok(None);
         }
-        let parts: Result<Vec<Vec<T>>, OutputError> = self.merge.iter().map(|path| read(path)).collect();
-        shard::merged(parts?, number).map(Some)
+        let parts: Result<Vec<Part<T>>, OutputError> = self.merge.iter().map(|path| read(path)).collect();
+        let parts = parts?;
+        shard::refuse_other_scenes(&parts, digest)?;
+        shard::merged(parts, number).map(Some)
     }
 
     /// Whether this is one part of several.
     pub(super) fn is_part(&self) -> bool {
         self.shard != Shard::ALL
     }
+}
+
+/// The digest of what `scenes` say to `command`, of the map that was given to it, and of the version of the program.
+///
+/// # Errors
+/// When the file of the map is refused.
+pub(super) fn scene_digest<'a>(
+    command: &str,
+    scenes: impl IntoIterator<Item = &'a Scene>,
+    map: &MapArgs,
+) -> Result<SceneDigest, SceneError> {
+    let reader = Reader::named(command);
+    let values = |scene: &'a Scene| {
+        let read = registry().filter(|setting| reader.reads(setting.key));
+        read.map(|setting| format!("{} = {}", setting.key, scene.value_json(setting.key)))
+    };
+    let map = map.map.as_deref().map(read_response_map).transpose()?;
+    let about = [env!("CARGO_PKG_VERSION").to_owned(), format!("{map:?}")];
+    Ok(SceneDigest::of(about.into_iter().chain(scenes.into_iter().flat_map(values))))
 }

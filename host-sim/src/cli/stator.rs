@@ -8,10 +8,10 @@ use clap::{Args, ValueHint};
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
 use super::report::Request;
-use super::shard::ShardArgs;
-use super::{SceneArgs, progress};
+use super::shard::{ShardArgs, scene_digest};
+use super::{MapArgs, SceneArgs, progress};
 use crate::cli::CommandError;
-use crate::studies::shard;
+use crate::studies::shard::{self, SceneDigest};
 use crate::studies::stator::members::{self, Ensemble};
 use crate::studies::stator::solver::Solver;
 use crate::studies::stator::{SolvedStator, StatorStudyError, drawing, given_motor, wanted};
@@ -71,10 +71,11 @@ impl StatorArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.scene.load("stator", &[])?;
         let publication = self.publication.open(&self.out)?;
-        let merged = self.parts.merged(|member: &Member| member.number)?;
+        let digest = scene_digest("stator", [&scene], &MapArgs::default())?;
+        let merged = self.parts.merged(&digest, |member: &Member| member.number)?;
         let findings = match (merged, self.ensemble) {
-            (Some(members), _) => of_ensemble(&Ensemble { members })?,
-            (None, Some(count)) => of_ensemble(&self.draw(&scene, count)?)?,
+            (Some(members), _) => of_ensemble(&Ensemble { members }, &digest)?,
+            (None, Some(count)) => of_ensemble(&self.draw(&scene, count)?, &digest)?,
             (None, None) => {
                 self.parts.refuse("one stator", true)?;
                 self.one(&scene)?
@@ -114,10 +115,10 @@ impl StatorArgs {
     }
 }
 
-fn of_ensemble(ensemble: &Ensemble) -> Result<Findings, CommandError> {
+fn of_ensemble(ensemble: &Ensemble, digest: &SceneDigest) -> Result<Findings, CommandError> {
     Ok(Findings {
         files: vec![
-            ("members.csv".to_owned(), shard::csv(&ensemble.members)?),
+            ("members.csv".to_owned(), digest.marked(&shard::csv(&ensemble.members)?)?),
             ("motor.toml".to_owned(), ensemble.motor_scene()),
         ],
         json: ensemble.json(),

@@ -21,6 +21,12 @@ pub enum LogError {
         /// The name.
         path: PathBuf,
     },
+    /// The log would take the place of a file that is read.
+    #[error("--log {} would be written over a file that is read", path.display())]
+    OverInput {
+        /// The name.
+        path: PathBuf,
+    },
     /// The disk is full, or the file has reached its largest size.
     #[error("the log stopped: {source}; {kept}")]
     Full {
@@ -113,6 +119,7 @@ impl LogError {
         match self {
             Self::Output(error) => error.hint(),
             Self::UnknownKind { .. } => Some("a name that ends in .mcap, .parquet or .csv".to_owned()),
+            Self::OverInput { .. } => Some("give the log another name".to_owned()),
             Self::Full { .. } => Some(
                 "free some space, or write less: --log-every 100 keeps every hundredth tick of truth and estimate"
                     .to_owned(),

@@ -25,7 +25,7 @@ pub use drive::{DriveTable, Drives};
 pub use error::ImportError;
 pub use rows::Clock;
 pub use source::{MeasuredSeries, MeasuredTable, Measurements};
-pub use summary::{Imported, ImportedSource};
+pub use summary::{Imported, ImportedDrive, ImportedSource};
 
 use std::ops::ControlFlow;
 
@@ -134,7 +134,10 @@ impl<'a> Import<'a> {
         };
         let end = ticks.run(observer)?;
         let left_out = [ticks.frames.left_out(), ticks.samples.left_out()];
-        Ok(ticks.summary.told(left_out, self.start_s, end))
+        let camera_scale = camera.as_ref().map_or(1.0, Measurements::scale);
+        let imported = ticks.summary.told(left_out, camera_scale, (self.start_s, end));
+        let drive = drive.as_ref().map(|_| ticks.summary.drive(ticks.drives.left_out()));
+        Ok(Imported { drive, ..imported })
     }
 }
 
@@ -176,7 +179,9 @@ impl Ticks<'_> {
             let frame = self.frames.take_until(now, self.latency_nanos)?;
             while let Some((_, drive)) = self.drives.take_until(now, 0)? {
                 self.drive = drive;
+                self.summary.drive_row();
             }
+            self.summary.tick(self.drive.mode());
             if let Some((at, angle_deg)) = frame {
                 self.summary.angle(at, angle_deg, self.drive.mode());
             }

@@ -134,13 +134,38 @@ impl TickChoice {
 /// What the thread gives back: the writer, and why it stopped before the run did.
 type Written = (Box<dyn RecordWriter>, Option<LogError>);
 
-/// Writes the records of a run to a log.
+/// The thread that writes. What it writes to has no name yet, and goes with it where nobody asks for its answer.
+struct WriterThread {
+    full: Option<SyncSender<Batch>>,
+    handle: Option<JoinHandle<Written>>,
+}
+
+impl WriterThread {
+    /// Gives it a batch; whether it takes it. A thread that has stopped takes nothing, and its answer says why.
+    fn take(&self, batch: Batch) -> bool {
+        self.full.as_ref().is_some_and(|full| full.send(batch).is_ok())
+    }
+
+    /// Its answer, once all is written; `None` if it has none.
+    fn ended(&mut self) -> Option<Written> {
+        self.full = None;
+        self.handle.take().and_then(|handle| handle.join().ok())
+    }
+}
+
+impl Drop for WriterThread {
+    /// A process that ends before its threads would leave the file of a run that is refused.
+    fn drop(&mut self) {
+        self.ended();
+    }
+}
+
+/// Writes the records of a run to a log. Dropped before it is finished it leaves no file.
 pub struct LogRecorder {
     choice: TickChoice,
     batch: Batch,
-    full: SyncSender<Batch>,
+    thread: WriterThread,
     empty: Receiver<Batch>,
-    thread: JoinHandle<Written>,
     interrupted: Arc<AtomicBool>,
 }
 
@@ -168,7 +193,7 @@ impl LogRecorder {
         };
         let (full, to_write) = sync_channel::<Batch>(BATCHES);
         let (written, empty) = sync_channel::<Batch>(BATCHES + 2);
-        let thread = thread::spawn(move || {
+        let handle = thread::spawn(move || {
             for mut batch in to_write {
                 if let Err(error) = batch.write(writer.as_mut()) {
                     return (writer, Some(error));
@@ -180,7 +205,8 @@ impl LogRecorder {
             (writer, None)
         });
         let choice = TickChoice::new(options.every);
-        Ok(Self { choice, batch: Batch::default(), full, empty, thread, interrupted })
+        let thread = WriterThread { full: Some(full), handle: Some(handle) };
+        Ok(Self { choice, batch: Batch::default(), thread, empty, interrupted })
     }
 
     /// Ends the log.
@@ -188,13 +214,11 @@ impl LogRecorder {
     /// # Errors
     /// When the run was interrupted, there was no room, or the system refused it; the error says what is kept.
     pub fn finish(self, ending: Ending) -> Result<Logged, LogError> {
-        let Self { batch, full, thread, empty, .. } = self;
+        let Self { batch, mut thread, empty, .. } = self;
         drop(empty);
-        // A thread that has stopped takes nothing; its answer says why.
-        full.send(batch).ok();
-        drop(full);
+        thread.take(batch);
         let (mut writer, stopped) =
-            thread.join().map_err(|_| LogError::Format("its thread stopped".to_owned()))?;
+            thread.ended().ok_or_else(|| LogError::Format("its thread stopped".to_owned()))?;
         let stopped = stopped.or_else(|| writer.last_block().err());
         let (ended, result) = match (&stopped, ending) {
             (Some(_), _) => ("no room", None),
@@ -227,7 +251,7 @@ impl Observer for LogRecorder {
         }
         let empty = self.empty.try_recv().unwrap_or_default();
         let batch = std::mem::replace(&mut self.batch, empty);
-        if self.full.send(batch).is_err() || self.interrupted.load(Ordering::Relaxed) {
+        if !self.thread.take(batch) || self.interrupted.load(Ordering::Relaxed) {
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(())

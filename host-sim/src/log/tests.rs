@@ -71,6 +71,19 @@ fn written(path: &Path, drawn: &[Drawn]) {
     recorder.finish(Ending::Whole("{}")).unwrap();
 }
 
+/// A run that is refused after its log was opened leaves nothing, neither the log nor the file that would become it.
+#[test]
+fn exact_a_log_that_is_not_finished_leaves_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["run.mcap", "run.parquet", "run.csv"] {
+        let (path, options) = (folder.path().join(name), LogOptions { every: 1 });
+        let scene = Scene::default();
+        let recorder = LogRecorder::create(&path, options, "position", &scene, Arc::default()).unwrap();
+        drop(recorder);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "{name}");
+    }
+}
+
 /// The messages of a log whose bytes are `bytes`, up to its end or to why no more of it is read.
 fn read(bytes: &[u8]) -> (Vec<(Time, LogMessage)>, Option<LogError>) {
     let mut reader = LogReader::new(Path::new("run.mcap"), bytes);

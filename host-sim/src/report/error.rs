@@ -41,6 +41,18 @@ pub enum OutputError {
     /// Tables of parts that are not one whole.
     #[error("the parts are not one whole: {0}")]
     NotWhole(String),
+    /// A part of a study of another scene.
+    #[error("{} is of another scene than {other}: its digest is {found}, not {expected}", path.display())]
+    OtherScene {
+        /// The file.
+        path: PathBuf,
+        /// What it is put together with.
+        other: String,
+        /// The digest of its scene.
+        found: String,
+        /// The digest of the other.
+        expected: String,
+    },
     /// A template of a page and the values for it, which do not fit.
     #[error("the page {0}")]
     Page(String),
@@ -74,6 +86,10 @@ impl OutputError {
             Self::Outdated { .. } => Some("`host-sim results` writes it anew".to_owned()),
             Self::NotWhole(_) => Some(
                 "--merge takes the table of each part of one study; `--shard I/N` makes part I".to_owned(),
+            ),
+            Self::OtherScene { .. } => Some(
+                "--merge and all parts take the same --scene, --set, --fault and --seed, the same map and scenes beside"
+                    .to_owned(),
             ),
             Self::Exists { .. } => Some("--force writes over it".to_owned()),
             _ => None,

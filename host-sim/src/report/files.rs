@@ -128,6 +128,12 @@ pub(crate) fn temporary(path: &Path) -> Result<NamedTempFile, OutputError> {
     builder.tempfile_in(folder).map_err(|error| unwritable(error.kind().into()))
 }
 
+/// Whether two paths lead to one file that is there.
+pub fn is_same(one: &Path, other: &Path) -> bool {
+    let place = |path: &Path| std::fs::canonicalize(path).ok();
+    place(one).is_some_and(|one| place(other) == Some(one))
+}
+
 /// A set of text files for one folder, published together at the end.
 #[derive(Debug)]
 pub struct OutputFolder {

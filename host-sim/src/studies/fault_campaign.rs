@@ -23,7 +23,7 @@ use std::path::PathBuf;
 
 use crate::report::OutputError;
 use crate::studies::beside::BesideScene;
-use crate::studies::shard::{self, Shard, run_each};
+use crate::studies::shard::{self, Part, Shard, run_each};
 pub use run::FaultRun;
 use simulation::runs::RunError;
 pub use summary::FaultSummary;
@@ -48,10 +48,14 @@ impl FaultCampaign {
     /// That of tables of its parts.
     ///
     /// # Errors
-    /// When a file cannot be read, or has other rows.
+    /// When a file cannot be read, has other rows, or is of another scene than the first.
     pub fn merged(tables: &[PathBuf]) -> Result<Self, OutputError> {
-        let parts: Result<Vec<_>, _> = tables.iter().map(|path| shard::read(path)).collect();
-        Ok(Self { runs: shard::merged(parts?, |run: &FaultRun| run.number)? })
+        let parts: Result<Vec<Part<FaultRun>>, _> = tables.iter().map(|path| shard::read(path)).collect();
+        let parts = parts?;
+        if let Some(digest) = parts.first().and_then(|part| part.digest.clone()) {
+            shard::refuse_other_scenes(&parts, &digest)?;
+        }
+        Ok(Self { runs: shard::merged(parts, |run| run.number)? })
     }
 }
 

@@ -37,6 +37,7 @@ use std::collections::BTreeMap;
 
 use motor_model::math;
 
+use crate::report::files;
 use analysis::identification::candidates::{self, Advice};
 use analysis::identification::emulator::{self, Emulator, TOLD, of_told, quadratic};
 use analysis::identification::parameters::{self, Unknown};
@@ -87,9 +88,10 @@ impl IdentificationPlan {
     /// From these recordings of one motor.
     ///
     /// # Errors
-    /// When there is nothing to be told from one of them, or they are of different motors.
+    /// When there is nothing to be told from one of them, one is given twice, or they are of different motors.
     pub fn new(mut recordings: Vec<Recorded>, effort: Effort) -> Result<Self, IdentificationError> {
         let Some(first) = recordings.first() else { return Err(IdentificationError::NoRecordings) };
+        refuse_one_file_twice(&recordings)?;
         let (design, tilting) = (first.scene.motor_params(), first.scene.tilting_params());
         for other in &recordings {
             if other.scene.motor_params() != design || other.scene.tilting_params() != tilting {
@@ -194,6 +196,18 @@ impl IdentificationPlan {
         let (tried, _) = motors.split_at(count.min(motors.len()));
         Ok(candidates::advice(&setting.scene, &self.unknowns, self.effort.seed, tried, done)?)
     }
+}
+
+/// Refuses a recording that was given twice: it would tell as much as two that are independent.
+fn refuse_one_file_twice(recordings: &[Recorded]) -> Result<(), IdentificationError> {
+    for (place, recorded) in recordings.iter().enumerate() {
+        let twin = recordings[..place].iter().find(|other| files::is_same(&other.path, &recorded.path));
+        if let Some(twin) = twin {
+            let paths = [twin.path.clone(), recorded.path.clone()];
+            return Err(IdentificationError::Twice { paths });
+        }
+    }
+    Ok(())
 }
 
 /// Refuses recordings of motors that a simulation drew apart. An import says nothing of its motor but the design.

@@ -19,7 +19,7 @@ use crate::runs::closed_loop::latency_ticks;
 use crate::runs::filter::AnyFilter;
 use crate::runs::tick_driver::{Moment, RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
-use crate::world::instruments::assumed;
+use crate::world::instruments;
 
 /// The experiments of a motor in the loop.
 #[derive(Debug)]
@@ -104,7 +104,7 @@ impl CommissioningRun {
     /// # Errors
     /// When the scene is refused.
     pub fn new(scene: &Scene) -> Result<Self, RunError> {
-        let instruments = assumed(scene).checked()?;
+        let instruments = instruments::checked(scene)?;
         let program = ExperimentProgram {
             filter: AnyFilter::of(scene)?,
             experimenter: Experimenter::new(ExperimentTuning::new(&instruments), Time::ZERO),

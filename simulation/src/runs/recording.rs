@@ -149,14 +149,28 @@ impl TickProgram for CourseProgram<'_> {
     }
 }
 
+/// Refuses a scene of which nothing is measured: a stator without its rotor has no marks for a camera.
+fn refuse_nothing_measured(scene: &Scene) -> Result<(), SceneError> {
+    if scene.choice("record.model") != "stator" || scene.choice("ldv.installed") == "yes" {
+        return Ok(());
+    }
+    Err(SceneError::Conflict {
+        conflict: "record.model = stator with ldv.installed = no measures nothing".to_owned(),
+        hint:
+            "a stator without a rotor has no marks for the camera: ldv.installed=yes, or record.model=motor"
+                .to_owned(),
+    })
+}
+
 /// Records what `scene` asks for.
 ///
 /// # Errors
-/// When the scene is refused.
+/// When the scene is refused, or has neither vibrometer nor rotor.
 pub fn run(
     scene: &Scene,
     observer: &mut impl Observer,
 ) -> Result<ControlFlow<(), RecordingOutcome>, RunError> {
+    refuse_nothing_measured(scene)?;
     let course = DriveCourse::of(&scene.schedule("record.schedule"), &scene.motor_params())?;
     let mut outcome = RecordingOutcome::of(scene, course.until);
     let ended = run_course(scene, &course, &mut |record: &RunRecord| {

@@ -96,7 +96,7 @@ impl OpenLoopRun {
     /// The run that a scene asks for.
     ///
     /// # Errors
-    /// When the amplitude is out of bounds, which the scene's own bounds exclude.
+    /// When the amplitude is out of bounds, which the scene's own bounds exclude, or the motor has no such modes.
     pub fn from_scene(scene: &Scene) -> Result<Self, RunError> {
         let drive = match scene.choice("simulate.drive") {
             "b" => Some(DriveMode::B),
@@ -108,8 +108,14 @@ impl OpenLoopRun {
             reason = "the command is f32: it goes to a microcontroller"
         )]
         let amplitude = scene.number("simulate.amplitude") as f32;
+        let params = scene.motor_params();
+        if OpenLoopModel::from_scene(scene)? == OpenLoopModel::Motor {
+            Mode::all(&params).map_err(|refused| {
+                SceneError::from(refused).following_in_motor(scene, "the value is the design's")
+            })?;
+        }
         Ok(Self {
-            params: scene.motor_params(),
+            params,
             rotor: RotorModel::of(scene)?,
             tilting: scene.tilting_params(),
             drive: drive.map_or(Ok(DriveCommand::OFF), |mode| DriveCommand::try_new(mode, amplitude))?,

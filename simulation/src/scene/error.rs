@@ -7,8 +7,8 @@ use controller::response_map::MapError;
 use motor_model::OutOfBounds;
 
 use super::faults::FaultWordError;
-use super::registry;
 use super::schedule::ScheduleError;
+use super::{Scene, registry};
 use crate::math::plain_number::plain;
 
 /// Why a scene, or a setting of it, was refused.
@@ -66,6 +66,14 @@ pub enum SceneError {
         bounds: String,
         /// Unit of value and bounds; empty for a pure number.
         unit: &'static str,
+    },
+    /// A value that the scene does not set, outside its bounds: value or bounds follow from keys that it sets.
+    #[error("{refused}")]
+    Follows {
+        /// The refusal of the value.
+        refused: Box<SceneError>,
+        /// What the value is, and the keys that are set, each with its value.
+        from: String,
     },
     /// A value that should be a number and is not.
     #[error("{key} = {value} is not a {wanted}, bounds {bounds}{}{unit}", if unit.is_empty() { "" } else { " " })]
@@ -220,6 +228,7 @@ impl SceneError {
                  what the true motor has beside its design are keys `plant.motor.`"
                     .to_owned(),
             ),
+            Self::Follows { from, .. } => Some(from.clone()),
             Self::Fault(error) => Some(format!("possible: {}", error.possible)),
             Self::Schedule(error) => Some(format!("possible: {}", error.possible)),
             Self::InFile { source, .. } => source.hint(),
@@ -230,6 +239,33 @@ impl SceneError {
     /// The whole report, on one line.
     pub fn one_line(&self) -> String {
         one_line(self, self.hint())
+    }
+
+    /// The same of `scene`, with the keys that it sets of those that `is_cause` names, where the refused value is of
+    /// another key: nobody has set that value. `what` says what it is, in a sentence.
+    #[must_use]
+    pub(crate) fn following(self, scene: &Scene, what: &str, is_cause: impl Fn(&str) -> bool) -> Self {
+        let Self::OutOfBounds { key, .. } = &self else { return self };
+        let causes = scene.keys_set().filter(|set| *set != key && is_cause(set));
+        let causes: Vec<String> = causes.map(|key| format!("{key} = {}", scene.value_json(key))).collect();
+        if causes.is_empty() {
+            return self;
+        }
+        let from = format!("{what}; it or its bounds follow from {}", causes.join(" and "));
+        Self::Follows { refused: Box::new(self), from }
+    }
+
+    /// The same of a parameter of the motor, where it follows from other keys of its table.
+    #[must_use]
+    pub(crate) fn following_in_motor(self, scene: &Scene, what: &str) -> Self {
+        let Self::OutOfBounds { key, .. } = &self else { return self };
+        let Some(table) = key.rsplit_once('.').map(|(table, _)| table.to_owned()) else { return self };
+        let is_cause = |set: &str| {
+            let of_design = set.strip_prefix("plant.").unwrap_or(set);
+            let of_design = of_design.strip_prefix("tolerance.").unwrap_or(of_design);
+            of_design.strip_prefix(&table).is_some_and(|rest| rest.starts_with('.'))
+        };
+        self.following(scene, what, is_cause)
     }
 }
 

@@ -11,7 +11,7 @@ mod conflicts;
 pub mod gyroscope;
 pub mod ldv;
 
-pub use assumed::assumed;
+pub use assumed::{assumed, checked};
 pub use camera::Camera;
 pub(crate) use conflicts::check;
 pub use ldv::Ldv;

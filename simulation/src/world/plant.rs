@@ -73,6 +73,15 @@ impl Plant {
     /// # Errors
     /// When the model refuses the scene's parameters, or the scene sets a key that the rotor's model does not use.
     pub fn draw(scene: &Scene) -> Result<Self, SceneError> {
+        let what = if scene.choice("plant.parameters") == "nominal" {
+            "the value is the true motor's"
+        } else {
+            "the value is the true motor's, which the seed draws"
+        };
+        Self::drawn(scene).map_err(|refused| refused.following_in_motor(scene, what))
+    }
+
+    fn drawn(scene: &Scene) -> Result<Self, SceneError> {
         let (params, tilting) = parameters::of_true_motor(scene)?;
         let design = scene.motor_params();
         let step_s = scene.number("plant.step_s");
@@ -330,6 +339,27 @@ mod tests {
             ("plant.motor.mode_b.frequency_hz=6426", 6300.0, 7460.0),
         ] {
             assert_eq!(drawn(&[set]).setup.tuning, DriveTuning::Fixed { b_hz, c_hz }, "{set}");
+        }
+    }
+
+    /// A value that nobody has set is refused with what was set of its mode: of the true motor or of its design.
+    #[test]
+    fn exact_a_refusal_names_what_was_set() {
+        for (sets, said) in [
+            (
+                &["plant.motor.mode_a.frequency_hz=1"][..],
+                "; hint: the value is the true motor's, which the seed draws; it or its bounds follow from \
+                 plant.motor.mode_a.frequency_hz = 1.0",
+            ),
+            (
+                &["motor.mode_a.frequency_hz=1", "plant.parameters=nominal"],
+                "; hint: the value is the true motor's; it or its bounds follow from motor.mode_a.frequency_hz = 1.0",
+            ),
+        ] {
+            let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+            let refused = Plant::draw(&Scene::of_sets(&sets).unwrap()).unwrap_err().one_line();
+            assert!(refused.starts_with("error: motor.mode_a.damping_n_s_per_m = 0.02"), "{refused}");
+            assert!(refused.ends_with(said), "{refused}");
         }
     }
 

@@ -22,6 +22,13 @@ fn exact_parts_are_the_whole_and_commands_repeat_their_runs() {
     let merge = [&merge[..], &coarse, &["--merge"], &parts].concat();
     assert_eq!(json_on_two(folder.path(), &merge), whole);
     assert_eq!(written(folder.path(), "merged/runs.csv"), table);
+    let merge =
+        ["faults", "--out", "merged", "--merge", "part1/runs.csv", "part2/runs.csv", "part3/runs.csv"];
+    refuses(
+        folder.path(),
+        &[&merge[..], &["--scene", "set_f_plant"]].concat(),
+        &["part1/runs.csv is of another scene than this command: its digest is ", "; hint: "],
+    );
     let all = &whole["all"];
     let endings = ["reached", "gave_up", "timed_out", "wrong"].map(|ending| number(all, ending));
     assert!((endings.iter().sum::<f64>() - 6.0).abs() < 0.5, "{all}");

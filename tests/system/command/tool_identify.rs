@@ -228,6 +228,10 @@ fn tool_what_is_no_recording_of_one_motor_is_refused() {
         (&["steady.mcap"], "hint: `host-sim record --scene record_ring_down"),
         (&["ring.mcap", "eight.mcap"], "hint: record both with the same seed"),
         (&["ring.mcap", "other.mcap"], "hint: give the recordings the same keys motor."),
+        (
+            &["ring.mcap", "./ring.mcap"],
+            "ring.mcap and ./ring.mcap are one file; hint: give each recording once",
+        ),
         (&["ring.mcap", "--rotor", "rolling"], "tilting"),
         (&["ring.mcap", "--motors", "10"], "bounds 100"),
         (&["ring.mcap", "--prior-width", "0"], "0.1 to 10"),

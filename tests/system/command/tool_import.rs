@@ -55,6 +55,25 @@ fn tool_a_recording_with_two_clocks_gaps_and_wrong_signs_is_imported() {
     assert_between(off_deg, -3e-3, 3e-3, "the last estimate less the last truth, in degrees");
 }
 
+/// The table of `--log run.csv` has the drive in rows of its own. Imported it is the drive that was recorded, and a
+/// column that has no modes is refused.
+#[test]
+fn tool_a_log_as_a_table_is_imported_with_its_drive() {
+    let folder = folder();
+    let path = folder.path();
+    let schedule = "off for 0.01, b:1 for 0.04, off for 0.02, c:1 for 0.03, off for 0.01";
+    succeeds(path, &["record", "--schedule", schedule, "--log", "own.csv"]);
+    let import =
+        ["import", "--camera", "own.csv", "--camera-angle", "camera_angle_deg", "--drive", "own.csv"];
+    let imported = json(path, &[&import[..], &["--log", "imported.csv", "--format", "json"]].concat());
+    let drive = &imported["drive"];
+    assert_between(number(drive, "mode_b_s"), 0.0398, 0.0402, "time in mode B");
+    assert_between(number(drive, "mode_c_s"), 0.0298, 0.0302, "time in mode C");
+    assert!(succeeds(path, &import).contains("s in mode B, 0.03"));
+    let column = [&import[..], &["--drive-mode", "verdict"]].concat();
+    refuses(path, &column, &["own.csv has no drive", "a mode in \"verdict\"", "hint: --drive-mode"]);
+}
+
 #[test]
 fn tool_refusals_of_import_name_what_is_possible() {
     let folder = folder();
@@ -65,7 +84,7 @@ fn tool_refusals_of_import_name_what_is_possible() {
         (&["import", "--camera", "none.csv"], "cannot read none.csv"),
         (
             &["import", "--camera", "camera.csv"],
-            "has no column \"angle_deg\"; hint: its columns: stamp, phi_deg",
+            "has no column \"angle_deg\"; hint: --camera-angle names one of stamp, phi_deg",
         ),
         (
             &["import", "--camera", "camera.csv", "--camera-time", "stamp", "--camera-angle", "phi_deg"],

@@ -160,6 +160,47 @@ fn tool_logs_are_refused_before_the_run() {
     assert!(names(folder.path()).iter().all(|name| name == "out"), "{:?}", names(folder.path()));
 }
 
+/// What is refused after the log was opened leaves no file, whatever the kind of the log.
+#[test]
+fn tool_a_run_that_is_refused_leaves_no_file() {
+    let folder = folder();
+    for log in ["a.mcap", "a.parquet", "a.csv"] {
+        let record = ["record", "--schedule", "b:1@1 for 0.1", "--log", log];
+        refuses(folder.path(), &record, &["more than 2000 Hz from motor.mode_b.frequency_hz"]);
+        assert!(names(folder.path()).is_empty(), "{log}: {:?}", names(folder.path()));
+    }
+    let stator = ["record", "--model", "stator", "--set", "ldv.installed=no", "--log", "a.mcap"];
+    refuses(folder.path(), &stator, &["measures nothing", "hint: "]);
+    let hub = ["--set", "camera.marks=1", "--fault", "hub:rub:0.8", "--out", "a.svg", "--log", "a.mcap"];
+    refuses(folder.path(), &[&["position"], &hub[..]].concat(), &["hint: "]);
+    assert!(names(folder.path()).is_empty(), "{:?}", names(folder.path()));
+}
+
+/// A log does not take the place of what it is made from, by whatever name.
+#[test]
+fn tool_a_log_is_not_written_over_what_is_read() {
+    let folder = folder();
+    for log in ["run.mcap", "run.csv"] {
+        succeeds(folder.path(), &["record", "--schedule", "b:1 for 0.005", "--log", log]);
+    }
+    let before = ["run.mcap", "run.csv"].map(|log| std::fs::read(folder.path().join(log)).expect("a log"));
+    let words =
+        |log: &str| [format!("--log {log} would be written over a file that is read"), "hint: ".into()];
+    for (arguments, log) in [
+        (&["replay", "run.mcap"][..], "./run.mcap"),
+        (&["import", "--camera", "run.csv", "--camera-angle", "camera_angle_deg"], "run.csv"),
+    ] {
+        let words = words(log);
+        refuses(
+            folder.path(),
+            &[arguments, &["--log", log]].concat(),
+            &words.each_ref().map(|word| &word[..]),
+        );
+    }
+    let after = ["run.mcap", "run.csv"].map(|log| std::fs::read(folder.path().join(log)).expect("a log"));
+    assert!(before == after);
+}
+
 /// A log replayed with nothing changed computes every recorded estimate and innovation to the last bit, for a move with
 /// faults of both instruments and for a rate of a rotor that tilts under commands that act later; its errors are those
 /// recorded. A replay's own log replays the same.

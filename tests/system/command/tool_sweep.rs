@@ -82,6 +82,13 @@ fn exact_threads_and_parts_give_the_same_bytes() {
     assert_same_sweep(folder.path(), "on1", "whole");
     assert_eq!((&merged["rows"], &merged["failed"]), (&24.into(), &0.into()));
     refuses(folder.path(), &["merge", "a", "c", "--out", "no"], &["part 2/3 is missing"]);
+    // What merge has no flag for is not advised, and no part is to be written over.
+    let there = "whole/manifest.json is there already; hint: --force writes over it";
+    refuses(folder.path(), &["merge", "a", "b", "c", "--out", "whole"], &[there]);
+    of(2, &["--seed", "7", "--shard", "1/3", "--out", "other"]);
+    let other =
+        "other is no part of the sweep in a: scene = seed = 7, not 1; hint: give one folder of each part";
+    refuses(folder.path(), &["merge", "a", "other", "--out", "no"], &[other]);
     std::fs::copy(folder.path().join("c/rows.parquet"), folder.path().join("again/rows.parquet")).unwrap();
     refuses(folder.path(), &["merge", "a", "b", "c", "again", "--out", "no"], &["the same part and differ"]);
 

@@ -25,7 +25,7 @@ use crate::board::BoardError;
 use simulation::runs::RunError;
 use simulation::runs::commission::CommissionedMotor;
 use simulation::scene::Scene;
-use simulation::world::instruments::assumed;
+use simulation::world::instruments;
 
 /// The host's time after which a message without an answer is sent again. An emulated board is slower than the part.
 const ANSWER_WAIT: Duration = Duration::from_millis(300);
@@ -62,7 +62,7 @@ impl WatchedCommissioning {
     /// # Errors
     /// When the map is for another design, or the instruments are refused.
     pub(super) fn new(scene: &Scene) -> Result<Self, BoardError> {
-        let instruments = assumed(scene).checked().map_err(RunError::from)?;
+        let instruments = instruments::checked(scene).map_err(RunError::from)?;
         Ok(Self {
             scene: scene.clone(),
             prior: scene.response_map()?,

@@ -22,6 +22,14 @@ pub enum Quantity {
 }
 
 impl Quantity {
+    /// The flags of `import` that name the columns of a measured quantity and of its times.
+    pub(super) const fn flags(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Velocity => ("--vibrometer-velocity", "--vibrometer-time"),
+            Self::Time | Self::Angle | Self::Frequency => ("--camera-angle", "--camera-time"),
+        }
+    }
+
     /// Its units, and each in s, degrees, m/s or Hz. A unit stands before those that its end is.
     const fn units(self) -> &'static [(&'static str, f64)] {
         match self {

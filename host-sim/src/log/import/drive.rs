@@ -9,6 +9,9 @@ use super::table::Table;
 use super::{ColumnName, ImportError, Quantity};
 use simulation::runs::recording::design_frequency_hz;
 
+/// What a cell of the column of modes is not.
+pub(super) const NO_MODE: &str = "a mode: b, c or off";
+
 /// A table of drives.
 #[derive(Clone, Debug)]
 pub struct DriveTable {
@@ -16,7 +19,7 @@ pub struct DriveTable {
     pub path: PathBuf,
     /// Column of the times.
     pub time: ColumnName,
-    /// Column of the modes: `b`, `c`; `off`, `none`, 0 or nothing for no drive.
+    /// Column of the modes: `b`, `c`; `off`, `none` or 0 for no drive. A row without a mode is no row of the drive.
     pub mode: String,
     /// Column of the amplitudes, of full drive.
     pub amplitude: String,
@@ -52,19 +55,26 @@ impl Drives<'_> {
         };
         let mut rows = rows.keeping_early();
         rows.fill()?;
-        Ok(rows)
+        match self {
+            Self::Table(table) if rows.upcoming().is_none() => Err(table.without_rows()),
+            _ => Ok(rows),
+        }
     }
 }
 
 impl DriveTable {
     fn next_row(&self, design: MotorParams) -> Result<NextRow<'_, DriveCommand>, ImportError> {
         let mut table = Table::open(&self.path)?;
-        let [mode, amplitude] = [table.place(&self.mode)?, table.place(&self.amplitude)?];
+        let mode = table.place(&self.mode, "--drive-mode")?;
+        let amplitude = table.place(&self.amplitude, "--drive-amplitude")?;
         let frequency = match &self.frequency {
-            Some(column) => Some((table.place(&column.name)?, column.factor(Quantity::Frequency)?)),
+            Some(column) => {
+                Some((table.place(&column.name, "--drive-frequency")?, column.factor(Quantity::Frequency)?))
+            }
             None => None,
         };
-        let (time, time_factor) = (table.place(&self.time.name)?, self.time.factor(Quantity::Time)?);
+        let time = table.place(&self.time.name, "--drive-time")?;
+        let time_factor = self.time.factor(Quantity::Time)?;
         let columns = DriveColumns { mode, amplitude, frequency };
         Ok(Box::new(move || {
             if !table.advance()? {
@@ -73,6 +83,12 @@ impl DriveTable {
             let shown_s = table.number(time)?.map(|cell| time_factor * cell);
             Ok(Some((shown_s, columns.drive(&table, &design)?)))
         }))
+    }
+
+    /// The refusal of a table whose rows say nothing of a drive.
+    fn without_rows(&self) -> ImportError {
+        let Self { path, mode, amplitude, .. } = self;
+        ImportError::NoDrive { path: path.clone(), mode: mode.clone(), amplitude: amplitude.clone() }
     }
 }
 
@@ -85,13 +101,14 @@ struct DriveColumns {
 }
 
 impl DriveColumns {
-    /// The drive of a row; `None` of one without an amplitude.
+    /// The drive of a row; `None` of one without a mode or an amplitude.
     fn drive(self, table: &Table, design: &MotorParams) -> Result<Option<DriveCommand>, ImportError> {
         let mode = match table.cell(self.mode).to_lowercase().as_str() {
             "b" => DriveMode::B,
             "c" => DriveMode::C,
-            "" | "off" | "none" | "0" => return Ok(Some(DriveCommand::OFF)),
-            _ => return Err(table.refused(self.mode, "a mode: b, c or off")),
+            "" => return Ok(None),
+            "off" | "none" | "0" => return Ok(Some(DriveCommand::OFF)),
+            _ => return Err(table.refused(self.mode, NO_MODE)),
         };
         let Some(amplitude) = table.number(self.amplitude)? else { return Ok(None) };
         #[expect(clippy::cast_possible_truncation, reason = "a command is f32")]

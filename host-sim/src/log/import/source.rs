@@ -63,6 +63,14 @@ impl Measurements<'_> {
         })
     }
 
+    /// What its values are multiplied by.
+    pub(super) fn scale(&self) -> f64 {
+        match self {
+            Self::Table(table) => table.scale,
+            Self::Series(_) => 1.0,
+        }
+    }
+
     /// What messages call it.
     fn path(&self) -> PathBuf {
         match self {
@@ -75,8 +83,10 @@ impl Measurements<'_> {
 impl MeasuredTable {
     fn next_row(&self, quantity: Quantity) -> Result<NextRow<'_, f64>, ImportError> {
         let mut table = Table::open(&self.path)?;
-        let (value, factor) = (table.place(&self.value.name)?, self.value.factor(quantity)?);
-        let (time, time_factor) = (table.place(&self.time.name)?, self.time.factor(Quantity::Time)?);
+        let (value_flag, time_flag) = quantity.flags();
+        let (value, factor) = (table.place(&self.value.name, value_flag)?, self.value.factor(quantity)?);
+        let (time, time_factor) =
+            (table.place(&self.time.name, time_flag)?, self.time.factor(Quantity::Time)?);
         let (scale, offset) = (self.scale, self.offset);
         Ok(Box::new(move || {
             if !table.advance()? {
@@ -109,7 +119,7 @@ impl Preview {
     /// That of `measurements`.
     ///
     /// # Errors
-    /// When they cannot be read or have fewer than two rows.
+    /// When they cannot be read, have fewer than two rows, or no row later than another.
     pub(super) fn of(measurements: &Measurements, quantity: Quantity) -> Result<Self, ImportError> {
         let mut rows = measurements.opened(quantity, f64::NEG_INFINITY)?;
         let mut times_s = Vec::new();
@@ -120,7 +130,10 @@ impl Preview {
         }
         let mut periods: Vec<f64> =
             times_s.windows(2).map(|pair| pair[1] - pair[0]).filter(|period| *period > 0.0).collect();
-        let too_short = || ImportError::TooShort { path: measurements.path(), rows: times_s.len() };
+        let too_short = || match (measurements.path(), times_s.len()) {
+            (path, rows @ 0..2) => ImportError::TooShort { path, rows },
+            (path, rows) => ImportError::OneTime { path, rows },
+        };
         let period_s = quantile(&mut periods, 500).ok_or_else(too_short)?;
         let first_s = times_s.iter().copied().fold(f64::INFINITY, f64::min);
         // Six digits: stamps are rounded, and clocks drift.

@@ -38,6 +38,34 @@ pub struct ImportedSource {
     pub first_motion_s: Option<f64>,
 }
 
+/// The drive of a recording.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct ImportedDrive {
+    /// Rows used, up to the end of the log.
+    pub rows: u64,
+    /// Rows left out.
+    #[serde(flatten)]
+    pub left_out: LeftOut,
+    /// Time in mode B in the log, in s.
+    pub mode_b_s: f64,
+    /// Time in mode C, in s.
+    pub mode_c_s: f64,
+    /// Time without a drive, in s.
+    pub off_s: f64,
+}
+
+impl fmt::Display for ImportedDrive {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { rows, left_out, mode_b_s, mode_c_s, off_s } = self;
+        let left_out = left_out.empty + left_out.out_of_order + left_out.early;
+        writeln!(
+            f,
+            "drive              {rows} rows: {mode_b_s:.4} s in mode B, {mode_c_s:.4} s in mode C, {off_s:.4} s off; \
+             {left_out} rows left out"
+        )
+    }
+}
+
 /// What was imported.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Imported {
@@ -47,6 +75,8 @@ pub struct Imported {
     pub duration_s: f64,
     /// Its instruments.
     pub sources: Vec<ImportedSource>,
+    /// Its drive; `null` if none was given.
+    pub drive: Option<ImportedDrive>,
     /// What asks for a second look, in sentences.
     pub advice: Vec<String>,
 }
@@ -113,6 +143,10 @@ pub(super) struct Summary {
     angle_deg: Option<(f64, f64)>,
     /// Turned under modes B and C.
     turned_deg: [f64; 2],
+    /// Rows of the drive.
+    drive_rows: u64,
+    /// Ticks without drive, in mode B, in mode C.
+    driven_ticks: [u64; 3],
 }
 
 impl Summary {
@@ -128,33 +162,69 @@ impl Summary {
         self.camera.add(at, whole + change);
     }
 
+    /// Adds a row of the drive.
+    pub(super) fn drive_row(&mut self) {
+        self.drive_rows += 1;
+    }
+
+    /// Adds a tick under a drive in `mode`.
+    pub(super) fn tick(&mut self, mode: Option<DriveMode>) {
+        let place = match mode {
+            None => 0,
+            Some(DriveMode::B) => 1,
+            Some(DriveMode::C) => 2,
+        };
+        self.driven_ticks[place] += 1;
+    }
+
     /// Adds a sample.
     pub(super) fn velocity(&mut self, at: Time, velocity_m_s: f64) {
         self.vibrometer.add(at, velocity_m_s);
     }
 
-    /// What was gathered of a log that ends at `end`; `left_out` is that of camera and vibrometer.
-    pub(super) fn told(&self, left_out: [LeftOut; 2], start_s: f64, end: Time) -> Imported {
+    /// What was gathered of a log that ends at `end`; `left_out` is that of camera and vibrometer, and `camera_scale`
+    /// what the angles were multiplied by.
+    pub(super) fn told(
+        &self,
+        left_out: [LeftOut; 2],
+        camera_scale: f64,
+        (start_s, end): (f64, Time),
+    ) -> Imported {
         let camera = self.camera.told("camera", left_out[0]);
         let vibrometer = self.vibrometer.told("vibrometer", left_out[1]);
-        let advice = [clocks(camera.as_ref(), vibrometer.as_ref()), self.sense(), self.constant()];
+        let advice =
+            [clocks(camera.as_ref(), vibrometer.as_ref()), self.sense(camera_scale), self.constant()];
         Imported {
             start_s,
             duration_s: end.seconds_since(Time::ZERO),
             sources: [camera, vibrometer].into_iter().flatten().collect(),
+            drive: None,
             advice: advice.into_iter().flatten().collect(),
         }
     }
 
+    /// The drive of the log; `left_out` is that of its rows.
+    pub(super) fn drive(&self, left_out: LeftOut) -> ImportedDrive {
+        let [off_s, mode_b_s, mode_c_s] =
+            self.driven_ticks.map(|ticks| 1e-9 * real(ticks * controller::TICK_NANOS));
+        ImportedDrive { rows: self.drive_rows, left_out, mode_b_s, mode_c_s, off_s }
+    }
+
     /// A mode that turned the rotor the other way: B is clockwise, C counter-clockwise.
-    fn sense(&self) -> Option<String> {
+    fn sense(&self, camera_scale: f64) -> Option<String> {
         let [b, c] = self.turned_deg;
         let wrong = [("B", b, b < -TURN_DEG), ("C", c, c > TURN_DEG)];
         let right = b > TURN_DEG || c < -TURN_DEG;
         let (mode, turned_deg, _) = wrong.into_iter().find(|(_, _, wrong)| *wrong && !right)?;
+        let camera = if camera_scale > 0.0 {
+            "counts counter-clockwise or looks from below"
+        } else {
+            "counts clockwise and looks from above"
+        };
         Some(format!(
             "Mode {mode} turned the rotor by {turned_deg:+.1} degrees, clockwise positive, which is the other way \
-             round: --camera-scale -1, if the camera counts counter-clockwise or looks from below."
+             round: --camera-scale {}, if the camera {camera}.",
+            -camera_scale
         ))
     }
 
@@ -222,6 +292,7 @@ impl fmt::Display for Imported {
             ]);
         }
         f.write_str(&table.text())?;
+        self.drive.iter().try_for_each(|drive| drive.fmt(f))?;
         self.advice.iter().try_for_each(|advice| writeln!(f, "look               {advice}"))
     }
 }

@@ -43,21 +43,31 @@ impl Table {
         Ok(Self { path: path.to_owned(), reader, columns, record: StringRecord::new(), decimal_comma })
     }
 
-    /// The place of a column.
-    pub fn place(&self, column: &str) -> Result<usize, ImportError> {
+    /// The place of a column, which `flag` of `import` names.
+    pub fn place(&self, column: &str, flag: &'static str) -> Result<usize, ImportError> {
         self.columns.iter().position(|name| name == column).ok_or_else(|| ImportError::NoColumn {
             path: self.path.clone(),
             column: column.to_owned(),
+            flag,
             columns: self.columns.clone(),
         })
     }
 
     /// Reads the next row; whether there is one.
+    ///
+    /// # Errors
+    /// When it cannot be read, or has a cell that is not empty behind the last column: the cells before it may then be
+    /// parts of others, as those of a decimal comma in a table with commas are.
     pub fn advance(&mut self) -> Result<bool, ImportError> {
-        let path = &self.path;
-        self.reader
-            .read_record(&mut self.record)
-            .map_err(|error| ImportError::Unreadable { path: path.clone(), why: error.to_string() })
+        let Self { path, columns, record, .. } = self;
+        let read = self.reader.read_record(record);
+        let is_read =
+            read.map_err(|error| ImportError::Unreadable { path: path.clone(), why: error.to_string() })?;
+        if record.iter().skip(columns.len()).any(|cell| !cell.is_empty()) {
+            let (line, cells) = (line(record), record.len());
+            return Err(ImportError::Cells { path: path.clone(), line, cells, columns: columns.len() });
+        }
+        Ok(is_read)
     }
 
     /// The text of a cell; empty where there is none.
@@ -69,7 +79,7 @@ impl Table {
     pub fn refused(&self, place: usize, expected: &'static str) -> ImportError {
         ImportError::Cell {
             path: self.path.clone(),
-            line: self.record.position().map_or(0, csv::Position::line),
+            line: line(&self.record),
             column: self.columns.get(place).cloned().unwrap_or_default(),
             text: self.cell(place).to_owned(),
             expected,
@@ -87,4 +97,9 @@ impl Table {
         let number = parsed.map_err(|_| self.refused(place, "a number"))?;
         Ok(number.is_finite().then_some(number))
     }
+}
+
+/// The line of a row, from 1.
+fn line(record: &StringRecord) -> u64 {
+    record.position().map_or(0, csv::Position::line)
 }

@@ -60,6 +60,18 @@ fn import(recording: &Recording) -> Result<(Kept, Imported, Scene), LogError> {
     Ok((kept, imported, import.scene().clone()))
 }
 
+/// A table of drives with the columns `time_s`, `mode` and `amplitude`.
+fn drive_table(path: std::path::PathBuf, mode: &str, amplitude: &str) -> DriveTable {
+    DriveTable {
+        path,
+        time: "time_s".parse().unwrap_or_else(|never| match never {}),
+        mode: mode.to_owned(),
+        amplitude: amplitude.to_owned(),
+        frequency: None,
+        clock: Clock::default(),
+    }
+}
+
 /// 1,000 frames a second of a rotor at 100 deg/s, in ms and milliradians, with a wrong sign and 5 degrees more.
 fn camera(folder: &TempDir, text: impl Fn(u32) -> String) -> MeasuredTable {
     let rows: String = (0..100).map(text).collect();
@@ -107,7 +119,8 @@ fn exact_what_cannot_be_used_is_counted() {
         10 => "10,\n".to_owned(),
         11 => "11,NaN\n".to_owned(),
         12 => ",3\n".to_owned(),
-        20 => "19,7\n".to_owned(),
+        // Cells without a name that are empty say nothing.
+        20 => "19,7,,\n".to_owned(),
         21 => "18.5,7\n".to_owned(),
         40..60 => String::new(),
         n => format!("{n},{n}\r\n"),
@@ -158,14 +171,7 @@ fn exact_a_table_of_a_spreadsheet_and_its_drive() {
     let text = format!("\u{feff}time_s;v_mm_s\n# the vibrometer\n{rows}");
     let vibrometer = measured(table(&folder, "v.csv", &text), "time_s", "v_mm_s");
     let drives = "time_s,drive_mode,drive_amplitude\n-1,c,0.5\n0.002,off,\n0.003,B,1\n";
-    let drive = DriveTable {
-        path: table(&folder, "drive.csv", drives),
-        time: "time_s".parse().unwrap_or_else(|never| match never {}),
-        mode: "drive_mode".to_owned(),
-        amplitude: "drive_amplitude".to_owned(),
-        frequency: None,
-        clock: Clock::default(),
-    };
+    let drive = drive_table(table(&folder, "drive.csv", drives), "drive_mode", "drive_amplitude");
     let recording = Recording {
         vibrometer: Some(Measurements::Table(vibrometer)),
         drive: Some(Drives::Table(drive)),
@@ -189,6 +195,62 @@ fn exact_a_table_of_a_spreadsheet_and_its_drive() {
     assert!((scene.number("ldv.sample_rate_hz") - 10_000.0).abs() < 1e-9);
 }
 
+/// A table that shows instruments and drive in rows of their own, as `--log own.csv` writes them: the rows without a
+/// mode are no rows of the drive, and the drive is told by its rows and its time in each mode.
+#[test]
+fn exact_a_row_without_a_mode_leaves_the_drive_as_it_is() {
+    let folder = TempDir::new().unwrap();
+    let mode = |n: u32| match n {
+        10 => "off,0",
+        100 => "B,1",
+        400 => "c,0.5",
+        600 => "none,",
+        _ => ",",
+    };
+    let rows = lines(1000, |n| format!("{},{},{}", f64::from(n) * 1e-4, 0.1 * f64::from(n), mode(n)));
+    let path = table(&folder, "own.csv", &format!("time_s,a_deg,mode,amplitude\n{rows}"));
+    let recording = |mode| Recording {
+        camera: Some(Measurements::Table(measured(path.clone(), "time_s", "a_deg"))),
+        drive: Some(Drives::Table(drive_table(path.clone(), mode, "amplitude"))),
+        vibrometer: None,
+    };
+    let (kept, imported, _) = import(&recording("mode")).unwrap();
+    let modes: Vec<Option<DriveMode>> = kept.drives.iter().map(|(_, drive)| drive.mode()).collect();
+    assert_eq!(modes, [None, Some(DriveMode::B), Some(DriveMode::C), None]);
+    let drive = imported.drive.as_ref().unwrap();
+    assert_eq!((drive.rows, drive.left_out.empty), (4, 996));
+    let close = |seconds: f64, expected: f64| assert!((seconds - expected).abs() < 2e-5, "{drive:?}");
+    close(drive.mode_b_s, 0.03);
+    close(drive.mode_c_s, 0.02);
+    let said =
+        "drive              4 rows: 0.0300 s in mode B, 0.0200 s in mode C, 0.0500 s off; 996 rows left out";
+    assert!(imported.to_string().contains(said), "{imported}");
+}
+
+/// A column that is not one of modes: what stands there is named, and so is a column with nothing in it.
+#[test]
+fn exact_a_column_that_has_no_mode_is_refused() {
+    let folder = TempDir::new().unwrap();
+    let rows = lines(100, |n| format!("{},{n},,{}", f64::from(n) * 1e-3, if n == 50 { "Used" } else { "" }));
+    let path = table(&folder, "own.csv", &format!("time_s,a_deg,phase,verdict\n{rows}"));
+    for (mode, said) in [
+        ("verdict", "own.csv:52: column \"verdict\": \"Used\" is not a mode: b, c or off; --drive-mode"),
+        (
+            "phase",
+            "own.csv has no drive: no row has a time, a mode in \"phase\" and an amplitude in \"a_deg\"",
+        ),
+    ] {
+        let recording = Recording {
+            camera: Some(Measurements::Table(measured(path.clone(), "time_s", "a_deg"))),
+            drive: Some(Drives::Table(drive_table(path.clone(), mode, "a_deg"))),
+            vibrometer: None,
+        };
+        let error = import(&recording).map(|_| ()).unwrap_err();
+        let refused = format!("{error}; {}", error.hint().unwrap_or_default());
+        assert!(refused.contains(said), "{said}: {refused}");
+    }
+}
+
 /// Samples of a rotor at rest and then hopping, at 10,000 a second, and what is said of a constant and of clocks.
 #[test]
 fn exact_advice_names_its_flag() {
@@ -200,21 +262,23 @@ fn exact_advice_names_its_flag() {
     let angle = |n: u32| if n > 300 { -0.5 * f64::from(n - 300) } else { 1e-3 * f64::from(n % 3) };
     let frames = lines(500, |n| format!("{n},{}", angle(n)));
     let camera = measured(table(&folder, "c.csv", &format!("t_ms,angle_deg\n{frames}")), "t_ms", "angle_deg");
-    let drive = DriveTable {
-        path: table(&folder, "d.csv", "time_s,m,a\n0.1,b,1\n"),
-        time: "time_s".parse().unwrap_or_else(|never| match never {}),
-        mode: "m".to_owned(),
-        amplitude: "a".to_owned(),
-        frequency: None,
-        clock: Clock::default(),
-    };
+    let drive = drive_table(table(&folder, "d.csv", "time_s,m,a\n0.1,b,1\n"), "m", "a");
     let recording = Recording {
-        camera: Some(Measurements::Table(camera)),
+        camera: Some(Measurements::Table(camera.clone())),
         vibrometer: Some(Measurements::Table(vibrometer)),
         drive: Some(Drives::Table(drive)),
     };
-    let (_, imported, _) = import(&recording).unwrap();
-    let advice = imported.advice.join(" ");
+    let advised = |recording| import(recording).unwrap().1.advice.join(" ");
+    let advice = advised(&recording);
+    // A camera whose values have the other sign already is not told to change it to the same.
+    let rows = lines(500, |n| format!("{n},{}", -angle(n)));
+    let path = table(&folder, "other.csv", &format!("t_ms,angle_deg\n{rows}"));
+    let other = Recording {
+        camera: Some(Measurements::Table(MeasuredTable { path, scale: -1.0, ..camera })),
+        ..recording.clone()
+    };
+    let other = advised(&other);
+    assert!(other.contains("--camera-scale 1,") && !other.contains("--camera-scale -1"), "{other}");
     for said in [
         "after the vibrometer",
         "add about 0.2",
@@ -242,7 +306,31 @@ fn exact_refusals_name_file_line_column_and_what_is_possible() {
             "a_deg",
             "camera.csv:3: column \"a_deg\": \"much\" is not a number",
         ),
-        ("t_s,a_deg\n1,2\n", "t_s", "b_deg", "has no column \"b_deg\"; its columns: t_s, a_deg"),
+        (
+            "t_s,a_deg\n1,2\n",
+            "t_s",
+            "b_deg",
+            "has no column \"b_deg\"; --camera-angle names one of t_s, a_deg",
+        ),
+        (
+            "t_s,a_deg\n1,2\n",
+            "t_ms",
+            "a_deg",
+            "has no column \"t_ms\"; --camera-time names one of t_s, a_deg",
+        ),
+        // A decimal comma in a table with commas.
+        (
+            "t_s,a_deg\n1,2\n2,3\n0,000,1,5\n",
+            "t_s",
+            "a_deg",
+            "camera.csv:4 has 4 cells, and 2 columns have a name",
+        ),
+        (
+            "t_s,a_deg\n1,2\n1,3\n1,4\n",
+            "t_s",
+            "a_deg",
+            "has 3 rows with time and value, all at the same time",
+        ),
         ("t,a_deg\n1,2\n", "t", "a_deg", "does not end in a unit; t:UNIT, with one of ms, us, ns, s"),
         ("t_s,a_deg\n1,2\n", "t_s", "a_deg:m", "has no unit \"m\"; a_deg:UNIT"),
         ("t_s,a_deg\n1,2\n2,\n", "t_s", "a_deg", "has 1 rows with time and value; 2 are the least"),

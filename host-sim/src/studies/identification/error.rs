@@ -45,6 +45,12 @@ pub enum IdentificationError {
         /// The log.
         path: PathBuf,
     },
+    /// One recording that was given twice: it would count as two.
+    #[error("{} and {} are one file", paths[0].display(), paths[1].display())]
+    Twice {
+        /// Its two names.
+        paths: [PathBuf; 2],
+    },
     /// Recordings of motors of different designs.
     #[error("{} and {} are recordings of motors of different designs", paths[0].display(), paths[1].display())]
     OtherDesign {
@@ -83,6 +89,7 @@ impl IdentificationError {
             Self::Run(error) => error.hint(),
             Self::Output(error) => error.hint(),
             Self::NotANumber { .. } => Some("leave such samples out before they are imported".to_owned()),
+            Self::Twice { .. } => Some("give each recording once".to_owned()),
             Self::OtherDesign { .. } => Some("give the recordings the same keys motor.".to_owned()),
             Self::OtherMotor { .. } => {
                 Some("record both with the same seed and the same keys plant.".to_owned())

@@ -131,6 +131,8 @@ fn exact_what_cannot_be_identified_is_refused() {
     let one = log("one.mcap", &["record.schedule=b:1 for 0.03"]);
     let other = log("other.mcap", &["record.schedule=b:1 for 0.03", "motor.friction=0.3"]);
     assert!(matches!(refused(&[&one, &other]), IdentificationError::OtherDesign { .. }));
+    let again = folder.path().join(".").join("one.mcap");
+    assert!(matches!(refused(&[&one, &again]), IdentificationError::Twice { .. }));
     assert!(matches!(refused(&[]), IdentificationError::NoRecordings));
 }
 

@@ -73,11 +73,27 @@ pub enum SweepError {
         /// The folder.
         folder: PathBuf,
     },
+    /// The folder has a sweep that was not to be gone on with or replaced.
+    #[error("{} is there already", path.display())]
+    Begun {
+        /// Its file.
+        path: PathBuf,
+    },
     /// The folder has another sweep.
     #[error("{} has another sweep: {difference}", folder.display())]
     OtherSweep {
         /// The folder.
         folder: PathBuf,
+        /// The first thing that differs.
+        difference: String,
+    },
+    /// Parts of two sweeps.
+    #[error("{} is no part of the sweep in {}: {difference}", folder.display(), first.display())]
+    OtherPart {
+        /// The folder.
+        folder: PathBuf,
+        /// The folder of the first part.
+        first: PathBuf,
         /// The first thing that differs.
         difference: String,
     },
@@ -121,9 +137,7 @@ impl SweepError {
         match self {
             Self::Scene(error) => error.hint(),
             Self::Run(error) => error.hint(),
-            Self::Output(OutputError::Exists { .. }) => {
-                Some("--resume goes on with it, --force writes over it".to_owned())
-            }
+            Self::Begun { .. } => Some("--resume goes on with it, --force writes over it".to_owned()),
             Self::Output(error) => error.hint(),
             Self::Axis { .. } => Some(
                 "for example --over camera.noise_m=1e-7..1e-5:log, --over camera.marks=2,3,4 or, for a grid of 5 \
@@ -145,9 +159,9 @@ impl SweepError {
             Self::OtherSweep { .. } => {
                 Some("name another folder by --out; --force writes over this one".to_owned())
             }
-            Self::Unfinished { .. } => Some("--resume on that part finishes it".to_owned()),
-            Self::NotWhole { .. } => Some("give one folder of each part".to_owned()),
-            Self::Damaged { .. } => Some("--force makes all rows anew".to_owned()),
+            Self::Unfinished { .. } => Some("`sweep --resume` on that part finishes it".to_owned()),
+            Self::OtherPart { .. } | Self::NotWhole { .. } => Some("give one folder of each part".to_owned()),
+            Self::Damaged { .. } => Some("`sweep --force` makes its rows anew".to_owned()),
             Self::Interrupted { .. } => Some("the same command with --resume goes on".to_owned()),
         }
     }

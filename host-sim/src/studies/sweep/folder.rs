@@ -141,10 +141,14 @@ fn cleared(path: &Path, names: &[&str]) -> Result<(), SweepError> {
 }
 
 /// Refuses a folder that has a sweep, unless that is to be replaced.
-fn refuse_files(path: &Path, existing: Existing) -> Result<(), SweepError> {
+fn refuse_files(
+    path: &Path,
+    existing: Existing,
+    refusal: impl Fn(PathBuf) -> SweepError,
+) -> Result<(), SweepError> {
     let found = OWN_FILES.iter().map(|name| path.join(name)).find(|path| path.exists());
     match found {
-        Some(path) if existing != Existing::Replace => Err(OutputError::Exists { path }.into()),
+        Some(path) if existing != Existing::Replace => Err(refusal(path)),
         _ => Ok(()),
     }
 }
@@ -163,7 +167,7 @@ impl LockedFolder {
                 Some(found)
             }
             _ => {
-                refuse_files(path, existing)?;
+                refuse_files(path, existing, |path| SweepError::Begun { path })?;
                 None
             }
         };
@@ -239,7 +243,7 @@ pub(super) fn written_whole(
     fill: impl FnOnce(&mut TablesWriter) -> Result<(), SweepError>,
 ) -> Result<SweepSummary, SweepError> {
     let _lock = locked(path)?;
-    refuse_files(path, existing)?;
+    refuse_files(path, existing, |path| OutputError::Exists { path }.into())?;
     let mut manifest = Manifest { described: described.clone(), part: Shard::ALL, failures: None };
     let mut tables = TablesWriter::create(path, columns, described)?;
     fill(&mut tables)?;

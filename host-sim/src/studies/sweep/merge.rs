@@ -65,7 +65,8 @@ fn parts(folders: &[PathBuf]) -> Result<Vec<Part>, SweepError> {
                 (of(&first.manifest) != of(&manifest)).then(|| "another number of parts".to_owned())
             });
             if let Some(difference) = differs {
-                return Err(SweepError::OtherSweep { folder: folder.clone(), difference });
+                let (folder, first) = (folder.clone(), first.folder.clone());
+                return Err(SweepError::OtherPart { folder, first, difference });
             }
         }
         let twin = parts.iter().find(|part| part.manifest.part == manifest.part);

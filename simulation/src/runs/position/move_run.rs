@@ -7,7 +7,7 @@ use super::{MoveOutcome, MoveSums, MoveTick, reach};
 use crate::runs::RunError;
 use crate::runs::closed_loop::{self, ClosedLoop, PositioningMoment};
 use crate::scene::{Scene, SceneError};
-use crate::world::instruments::assumed;
+use crate::world::instruments;
 
 /// A scene's motor and closed loop, and the move under way. After its first move it goes on: with another target, other
 /// faults, or driven by hand.
@@ -108,5 +108,5 @@ fn target(scene: &Scene) -> Result<Target, SceneError> {
 fn check(scene: &Scene, tuning: &PositioningTuning, by_deg: f64) -> Result<(), RunError> {
     let map = scene.response_map()?;
     let tolerance_deg = scene.number("position.tolerance_deg");
-    Ok(reach::check(&assumed(scene).checked()?, &map, &tuning.limits, by_deg, tolerance_deg)?)
+    Ok(reach::check(&instruments::checked(scene)?, &map, &tuning.limits, by_deg, tolerance_deg)?)
 }

@@ -10,7 +10,7 @@ use super::reach;
 use crate::runs::RunError;
 use crate::runs::closed_loop;
 use crate::scene::{Scene, SceneError};
-use crate::world::instruments::assumed;
+use crate::world::instruments::{self, assumed};
 
 /// Time in s from which a move says before it starts that it takes long.
 const LONG_S: f64 = 5.0;
@@ -45,7 +45,7 @@ pub struct MovePlan {
 pub fn forecast(scene: &Scene) -> Result<Result<MoveForecast, Unreachable>, RunError> {
     let (target_deg, tolerance_deg) =
         (scene.number("position.to_deg"), scene.number("position.tolerance_deg"));
-    let instruments = assumed(scene).checked()?;
+    let instruments = instruments::checked(scene)?;
     #[expect(clippy::cast_possible_truncation, reason = "the controller computes in f32")]
     let [distance_rad, tolerance_rad] = [target_deg, tolerance_deg].map(|deg| deg.to_radians() as f32);
     let limits = closed_loop::tuning(scene).limits;

@@ -56,6 +56,13 @@ fn exact_a_frequency_too_far_from_the_design_is_refused_with_its_bounds() {
     assert_eq!(refused, expected);
 }
 
+#[test]
+fn exact_a_recording_without_an_instrument_is_refused() {
+    let scene = scene(&["record.model=stator", "ldv.installed=no"]);
+    let refused = run(&scene, &mut ()).unwrap_err().to_string();
+    assert_eq!(refused, "record.model = stator with ldv.installed = no measures nothing");
+}
+
 /// With the drive off a tooth rings at `w_d = w sqrt(1 - zeta^2)` and decays by `exp(-zeta w t)`. Sampled at distance h
 /// it obeys `v(t + h) = 2 q cos(w_d h) v(t) - q^2 v(t - h)` with `q = exp(-zeta w h)`.
 #[test]

@@ -6,10 +6,10 @@
 
 use estimator::{CameraDescription, Instruments, VibrometerDescription};
 
-use motor_model::math;
+use motor_model::{OutOfBounds, math};
 
 use super::ldv::resolution_m_s;
-use crate::scene::{RotorModel, Scene};
+use crate::scene::{RotorModel, Scene, SceneError};
 use crate::world::event_clock::EventRate;
 
 /// Radial clearance of the hub, as the filters assume: that of the design, where the rotor has a hub.
@@ -22,6 +22,24 @@ const CLEARANCE_TOLERANCE: f64 = 1.3;
 pub fn assumed(scene: &Scene) -> Instruments {
     let installed = scene.choice("estimator.assumed.ldv.installed") == "yes";
     Instruments { camera: camera(scene), vibrometer: installed.then(|| vibrometer(scene)) }
+}
+
+/// The same, if all of it is within bounds.
+///
+/// # Errors
+/// When something is not: named by its key, or with the keys from which it follows.
+pub fn checked(scene: &Scene) -> Result<Instruments, SceneError> {
+    let refusal = |refused: OutOfBounds| {
+        let is_shift = refused.key == "camera.shift_m";
+        let key = if is_shift { "the shift of all marks" } else { refused.key };
+        let refused = SceneError::from(OutOfBounds { key, ..refused });
+        let is_cause = |set: &str| {
+            let of = set.strip_prefix("estimator.assumed.").unwrap_or(set);
+            is_shift && ["hub.clearance_m", "motor.hub.clearance_m", "camera.vibration_m"].contains(&of)
+        };
+        refused.following(scene, "the filters assume this", is_cause)
+    };
+    assumed(scene).checked().map_err(refusal)
 }
 
 fn camera(scene: &Scene) -> CameraDescription {
@@ -97,6 +115,29 @@ mod tests {
     #[test]
     fn dual_the_default_scene_has_the_default_instruments() {
         assert_eq!(of(&[]), Instruments::default());
+    }
+
+    /// A shift is no key: it is refused with the keys that make it.
+    #[test]
+    fn exact_a_shift_out_of_bounds_names_the_keys_that_make_it() {
+        for (sets, shift, cause) in [
+            (
+                &["estimator.assumed.hub.clearance_m=0.002"][..],
+                "0.00141421356237",
+                "estimator.assumed.hub.clearance_m = 0.002",
+            ),
+            (
+                &["plant.rotor=tilting", "motor.hub.clearance_m=1"],
+                "0.70710678118",
+                "motor.hub.clearance_m = 1.0",
+            ),
+        ] {
+            let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+            let refused = checked(&Scene::of_sets(&sets).unwrap()).unwrap_err().one_line();
+            assert!(refused.starts_with(&format!("error: the shift of all marks = {shift}")), "{refused}");
+            let hint = format!("; hint: the filters assume this; it or its bounds follow from {cause}");
+            assert!(refused.ends_with(&hint), "{refused}");
+        }
     }
 
     /// 60 Hz, exposed for half a period, two frames and 5 ms late; 12 bits over +-20 mm/s.
