@@ -1,4 +1,4 @@
-//! Short frames of the camera: 12 bytes on the wire where a frame of any message takes 36.
+//! Short frames of the camera: 12 bytes on the wire where a frame of any message takes 36 ([`LONG_FRAME_BYTES`]).
 //!
 //! ```text
 //! COBS( time u16 | angle u32 | residual u8 | marks u4, sequence u4 | CRC-16 ) 0        little endian
@@ -30,6 +30,10 @@ use crate::message::{CameraRecord, HostMessage};
 /// Bytes of a short frame on the wire, its final zero included.
 pub const SHORT_FRAME_BYTES: usize = 12;
 
+/// Most bytes of a camera frame that goes as one of any message does, in the first day of a board: its final zero, the
+/// numbers of a session and of a tick, and those of the record in as many bytes as they need.
+pub const LONG_FRAME_BYTES: usize = 40;
+
 /// Fields and CRC.
 pub(crate) const CONTENT_BYTES: usize = SHORT_FRAME_BYTES - 2;
 /// The fields, which the CRC follows.
@@ -44,6 +48,8 @@ pub const EARLY_NANOS: u64 = EARLY_UNITS * UNIT_NANOS;
 const EARLY_UNITS: u64 = 0x2000;
 /// What is left of [`LATE_NANOS`] for the way to the board.
 const TRANSPORT_NANOS: u64 = 4_000_000;
+/// A frame older than this when it is sent goes as one of any message does: 10.3 ms.
+pub const SHORT_AGE_NANOS: u64 = LATE_NANOS - TRANSPORT_NANOS;
 
 /// Sequence numbers that are taken as new: the next one, and those after at most 11 lost ones.
 const AHEAD: u8 = 12;
@@ -86,7 +92,7 @@ pub fn encode_camera(
 fn fields(header: Header, record: CameraRecord) -> Option<[u8; FIELD_BYTES]> {
     let CameraRecord { exposed_nanos, angle_units, marks_used, residual } = record;
     let now_nanos = header.ticks.checked_mul(PositionLoop::TICK_NANOS)?;
-    let oldest = now_nanos.saturating_sub(LATE_NANOS - TRANSPORT_NANOS);
+    let oldest = now_nanos.saturating_sub(SHORT_AGE_NANOS);
     let in_time = (oldest..=now_nanos.saturating_add(EARLY_NANOS)).contains(&exposed_nanos);
     if !in_time || !exposed_nanos.is_multiple_of(UNIT_NANOS) || marks_used > 0xF {
         return None;

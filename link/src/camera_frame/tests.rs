@@ -137,3 +137,16 @@ proptest! {
         prop_assert_eq!(decoded(frame, expected), Ok(back));
     }
 }
+
+/// After a day of a board, with the largest numbers of everything else: a frame that is too old for a short one.
+#[test]
+fn law_no_camera_frame_is_longer_than_said() {
+    let ticks = 86_400 * 100_000;
+    let exposed_nanos = ticks * PositionLoop::TICK_NANOS - SHORT_AGE_NANOS - UNIT_NANOS;
+    let header = Header { session: u32::MAX, sequence: u32::MAX, ticks };
+    let record = CameraRecord { exposed_nanos, angle_units: i32::MIN, marks_used: 15, residual: 255 };
+    let length = |record| encode_camera(header, record, &mut [0; FRAME_BYTES_MAX]).unwrap();
+    assert!((SHORT_FRAME_BYTES + 1..=LONG_FRAME_BYTES).contains(&length(record)), "{}", length(record));
+    let exposed_nanos = exposed_nanos + UNIT_NANOS;
+    assert_eq!(length(CameraRecord { exposed_nanos, ..record }), SHORT_FRAME_BYTES);
+}

@@ -7,6 +7,7 @@ use std::time::Duration;
 use controller::PositionLoop;
 use controller::map_correction::LearntFactors;
 use estimator::CameraFrame;
+use link::camera_frame::{LONG_FRAME_BYTES, SHORT_AGE_NANOS};
 use link::{BoardFault, BoardMessage, Header, HostMessage, LdvRecords, SHORT_FRAME_BYTES, TickRecord};
 use motor_model::{Angle, DriveCommand, Time};
 
@@ -89,7 +90,10 @@ impl SerialRun<'_> {
         let identity = IdentityFigures::from(session.identity()?);
         watcher.board(&identity);
         let description = prepare(&mut session, preparation, self.keeping, |kept| watcher.kept(kept))?;
-        let ticks = session.arm()?;
+        let ticks = session.arm().inspect_err(|_| {
+            // It may be armed all the same, where the line has lost its answer.
+            session.stop();
+        })?;
         // Not before: what waits for an answer passes over the end of a source.
         self.source.forward_to(session.sender());
         let mut armed = ArmedRun::new(session, task, (identity, description), plant, (ticks, zero));
@@ -107,15 +111,23 @@ impl SerialRun<'_> {
     }
 }
 
-/// Refuses a camera whose frames the line does not carry.
+/// Refuses a camera whose frames the line does not carry. Those of a late camera are longer.
 pub(super) fn check_frames(scene: &Scene, baud: u32) -> Result<(), SerialError> {
     let frame_rate_hz = scene.number("camera.frame_rate_hz");
-    let most_hz = FRAMES_SHARE_MAX * bytes_per_s(baud) / real(SHORT_FRAME_BYTES);
+    let age_s =
+        real(scene.integer("camera.latency_frames")) / frame_rate_hz + scene.number("camera.latency_s");
+    let is_late = 1e9 * age_s > real(SHORT_AGE_NANOS);
+    let most_hz = most_frames_hz(if is_late { LONG_FRAME_BYTES } else { SHORT_FRAME_BYTES }, baud);
     let needed_baud = f64::from(baud) * frame_rate_hz / most_hz;
     if frame_rate_hz > most_hz {
         return Err(SerialError::LineTooSlow { frame_rate_hz, needed_baud, most_hz, baud });
     }
     Ok(())
+}
+
+/// The most frames in a second of so many bytes.
+fn most_frames_hz(bytes: usize, baud: u32) -> f64 {
+    FRAMES_SHARE_MAX * bytes_per_s(baud) / real(bytes)
 }
 
 /// Why the watch has ended.
@@ -403,5 +415,25 @@ impl ArmedRun {
             counters: counters.map(CounterFigures::from),
         };
         SerialOutcome { task: self.task.figures(reported.as_ref(), truth), session, learnt }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 10,000 frames a second fit a line of 2,000,000 baud while they are short. Those of a camera that is 12 ms late
+    /// are long: 3,500 a second are the most.
+    #[test]
+    fn exact_a_late_camera_needs_a_faster_line() {
+        let checked = |latency: &str, baud| {
+            let sets = ["camera.frame_rate_hz=10000".to_owned(), format!("camera.latency_s={latency}")];
+            check_frames(&Scene::of_sets(&sets).unwrap(), baud)
+        };
+        assert!(checked("0", 2_000_000).is_ok() && checked("0.01", 2_000_000).is_ok());
+        let Err(SerialError::LineTooSlow { most_hz, needed_baud, .. }) = checked("0.012", 2_000_000) else {
+            panic!("a late camera fits the line");
+        };
+        assert!((most_hz - 3500.0).abs() < 1e-6 && checked("0.012", (needed_baud + 1.0) as u32).is_ok());
     }
 }

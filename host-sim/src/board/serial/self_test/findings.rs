@@ -100,7 +100,7 @@ fn stack(report: &SelfTestReport) -> Finding {
         return Finding::good(of, "not measured on this board");
     }
     let ok = all.saturating_sub(used) >= STACK_FREE_MIN;
-    let hint = "fewer filters take less: `firmware/build.sh board constant_rate`";
+    let hint = "fewer filters take less: firmware/BRINGUP.md, building and flashing";
     Finding::judged(of, ok, format!("{used} of {all} bytes used since the start"), hint)
 }
 
