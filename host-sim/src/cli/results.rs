@@ -231,7 +231,7 @@ fn commissioned_value(effort: &Effort, scene: &Scene) -> Result<PlacedValue, Com
     if tilting > 0 {
         let scenes = tilting::of_many_motors(scene, COMMISSIONED_TILTING)?;
         found.extend(BesideScene::run_each(&scenes, |scene| {
-            CommissioningTrials::run(scene, tilting, effort.commissioned_moves, &|| ())
+            CommissioningTrials::run(scene, tilting, 1, &|| ())
         })?);
     }
     Ok(commissioning::page_value(&found))

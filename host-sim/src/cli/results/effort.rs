@@ -35,8 +35,6 @@ pub(super) struct Effort {
     pub(super) tolerance_trials: [u32; 2],
     /// Motors that are commissioned and moved: height only, and of each scene that tilts.
     pub(super) commissioned_motors: [u64; 2],
-    /// Moves of each of these, of the scenes that tilt: to commission one takes as long as 20 moves.
-    pub(super) commissioned_moves: u64,
     /// Motors of each bench of instruments, and what the names of the benches contain.
     pub(super) grid_motors: u64,
     pub(super) grid_benches: &'static str,
@@ -81,7 +79,6 @@ impl Effort {
         latency_motors: 4,
         tolerance_trials: [400, 20],
         commissioned_motors: [100, 10],
-        commissioned_moves: 20,
         grid_motors: 20,
         grid_benches: "",
         faulty_runs: 10_000,
@@ -114,7 +111,6 @@ impl Effort {
         latency_motors: 1,
         tolerance_trials: [2, 0],
         commissioned_motors: [1, 0],
-        commissioned_moves: 1,
         grid_motors: 1,
         grid_benches: "30,000 frames/s",
         faulty_runs: 5,
