@@ -46,12 +46,14 @@
 //! | `Settling` | off | at rest, and the target counts as reached | `Holding` |
 //! | | | at rest, and a drive is due | `Cruise`, `Burst` |
 //! | `Cruise` | on | the coast remains, the angle is too uncertain, or `on_max_nanos` is over | `Settling` |
+//! | | | no frame has come for a window | `Settling` |
 //! | | | a window shows a stuck rotor, or one that turns the wrong way | `Settling`, `Stopped` |
 //! | `Burst` | on | its ticks or `on_max_nanos` are over | `Settling` |
 //! | `Settling` | off | the rotor turns on, and never stops | `Brake`, `Stopped` |
 //! | | | measuring on cannot end before the deadline | `Stopped` |
 //! | `Brake` | on | the rotor no longer turns that way, or half a second is over | `Settling` |
 //! | `Waiting` | off | there is no usable estimate for too long | `Stopped` |
+//! | `Settling` | off | no frame has come for as long | `Stopped` |
 //! | `Holding` | off | the rotor moves, or lies outside the tolerance for certain | `Settling` |
 //! | `Stopped` | off | there is another target | `Settling` |
 //! | all but `Stopped` | | there is no usable estimate | `Waiting` |
@@ -62,8 +64,8 @@
 //!
 //! `no_std`, no allocation, no unsafe code. A tick cannot fail or panic and takes bounded time. The drive is on only
 //! during a cruise, a burst or a brake, by an estimate that is usable; it is off in the tick that loses the estimate.
-//! An estimate that is only wide ([`estimator::Reason::Uncertain`]) begins nothing and ends a cruise, but not a burst,
-//! whose end is known beforehand.
+//! An estimate that is only wide ([`estimator::Reason::Uncertain`]) begins nothing. It ends a cruise after a window of
+//! 0.15 s, or sooner near the target, but not a burst, whose end is known beforehand.
 //!
 //! # Glossary
 //!

@@ -66,7 +66,7 @@ struct TrialRow {
 
 impl CommissioningTrial {
     /// Motor `number` of `scene`, moved to the targets of the trials `aims`.
-    fn of(scene: &Scene, number: u64, aims: impl Iterator<Item = u64> + Clone) -> Result<Self, RunError> {
+    fn of(scene: &Scene, number: u64, aims: &(impl Iterator<Item = u64> + Clone)) -> Result<Self, RunError> {
         let own = scene.of_run(number)?;
         let motor = commission::run(&own, |_| ())?;
         let moved = |scene: &Scene| -> Result<Vec<PositioningTrial>, RunError> {
@@ -141,7 +141,7 @@ impl CommissioningTrials {
         moves: u64,
         progress: &(impl Fn() + Sync),
     ) -> Result<Self, RunError> {
-        let one = |number| CommissioningTrial::of(scene, number, (0..moves).map(|of| number + of * count));
+        let one = |number| CommissioningTrial::of(scene, number, &(0..moves).map(|of| number + of * count));
         Ok(Self { trials: run_each(Shard::ALL.numbers(count), one, progress)? })
     }
 
