@@ -2,6 +2,7 @@
 
 mod gallery;
 
+use std::cell::{Cell, RefCell};
 use std::io::{self, Read as _};
 use std::path::Path;
 
@@ -13,39 +14,68 @@ pub use gallery::{COMMISSIONED_TILTING, GALLERY, GalleryScene};
 /// Longest file; a scene is a page of text.
 const LENGTH_MAX_BYTES: u64 = 1 << 20;
 
+/// Beginnings of the keys that say what one command shall do.
+const TASKS: [&str; 5] = ["simulate.", "position.", "rate.", "calibrate.", "record."];
+
 /// A scene from an optional TOML file, or name of the [`GALLERY`], and `key=value` assignments, in this order.
 ///
 /// # Errors
 /// When the file cannot be read or is malformed, or a key or value is refused.
 pub fn load(file: Option<&Path>, sets: &[String]) -> Result<Scene, SceneError> {
-    load_admitted(file, sets, &|_| Ok(()))
+    load_admitted(file, sets, &|_| Ok(())).map(|(scene, _)| scene)
 }
 
-/// The same, refusing every key that `admit` refuses.
+/// The same, refusing every key that `admit` refuses; and the keys that were passed over, see [`read_into`].
 ///
 /// # Errors
 /// When the file cannot be read or is malformed, or a key or value is refused.
-pub fn load_admitted(file: Option<&Path>, sets: &[String], admit: Admission) -> Result<Scene, SceneError> {
+pub fn load_admitted(
+    file: Option<&Path>,
+    sets: &[String],
+    admit: Admission,
+) -> Result<(Scene, Vec<&'static str>), SceneError> {
     let mut scene = Scene::default();
-    file.map_or(Ok(()), |path| read_into(&mut scene, path, admit))?;
+    let passed_over = file.map_or(Ok(Vec::new()), |path| read_into(&mut scene, path, admit))?;
     scene.assign_all(sets, admit)?;
-    Ok(scene)
+    Ok((scene, passed_over))
 }
 
 /// Sets in `scene` everything that the file at `path` sets, or the scene of the gallery of that name where there is no
-/// such file, as far as `admit` takes it.
+/// such file, as far as `admit` takes it. A scene of the gallery shows its motor and its instruments by any command:
+/// its keys of [`TASKS`] that `admit` refuses are passed over, and returned, unless nothing would be left. What a file
+/// of the user's own sets in vain is refused: it was meant to do something.
 ///
 /// # Errors
 /// When the file cannot be read or is malformed, or a key or value is refused.
-pub fn read_into(scene: &mut Scene, path: &Path, admit: Admission) -> Result<(), SceneError> {
+pub fn read_into(scene: &mut Scene, path: &Path, admit: Admission) -> Result<Vec<&'static str>, SceneError> {
     match (read(path), name_of(path)) {
-        (Ok(text), _) => scene.set_admitted(&text, path, admit),
+        (Ok(text), _) => scene.set_admitted(&text, path, admit).map(|()| Vec::new()),
         (Err(error), Some(name)) if error.kind() == io::ErrorKind::NotFound => {
             let of_gallery = GalleryScene::named(name).ok_or_else(|| SceneError::NoSuchScene {
                 name: name.to_owned(),
                 nearest: GalleryScene::nearest(name).map(|scene| scene.name),
             })?;
-            scene.set_admitted(of_gallery.text, &of_gallery.path(), admit)
+            let passed_over = RefCell::new(Vec::new());
+            let is_shown = Cell::new(false);
+            let admit_or_pass = |key: &'static str| match admit(key) {
+                Err(_) if TASKS.iter().any(|task| key.starts_with(task)) => {
+                    passed_over.borrow_mut().push(key);
+                    Ok(())
+                }
+                admitted => {
+                    is_shown.set(is_shown.get() || key != "seed");
+                    admitted
+                }
+            };
+            scene.set_admitted(of_gallery.text, &of_gallery.path(), &admit_or_pass)?;
+            let passed_over = passed_over.into_inner();
+            if let (false, Some(key)) = (is_shown.get(), passed_over.first()) {
+                admit(key)?;
+            }
+            for key in &passed_over {
+                scene.unset(key);
+            }
+            Ok(passed_over)
         }
         (Err(source), _) => Err(SceneError::Unreadable { path: path.to_owned(), source }),
     }
@@ -103,6 +133,32 @@ mod tests {
                 )
             );
         }
+    }
+
+    /// A scene of the gallery shows its instruments by another command too; what a file of the user's own sets for
+    /// another command is refused.
+    #[test]
+    fn exact_the_task_of_a_scene_of_the_gallery_is_passed_over() {
+        let admit = |key: &'static str| match key {
+            "position.tolerance_deg" | "ldv.installed" => {
+                Err(SceneError::NotRead { refusal: format!("no {key}"), hint: String::new() })
+            }
+            _ => Ok(()),
+        };
+        let task_alone = |key: &'static str| if key == "ldv.installed" { Ok(()) } else { admit(key) };
+        let (scene, passed_over) = load_admitted(Some(Path::new("slow_camera")), &[], &task_alone).unwrap();
+        assert_eq!(passed_over, ["position.tolerance_deg"]);
+        assert!(!scene.is_set("position.tolerance_deg") && scene.choice("ldv.installed") == "no");
+        assert!(load_admitted(Some(Path::new("slow_camera")), &[], &admit).is_err(), "no task");
+        let no_task = |key: &'static str| {
+            if key.starts_with("rate.") {
+                return Err(SceneError::NotRead { refusal: format!("no {key}"), hint: String::new() });
+            }
+            Ok(())
+        };
+        assert!(load_admitted(Some(Path::new("rate_staircase")), &[], &no_task).is_err(), "nothing is left");
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/slow_camera.toml");
+        assert!(load_admitted(Some(&file), &[], &task_alone).is_err(), "a file of one's own");
     }
 
     #[test]

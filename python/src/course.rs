@@ -56,7 +56,7 @@ impl Course {
         let of = |number: Option<f64>| number.unwrap_or(f64::NAN);
         let sd = |variance: f32| math::sqrt(f64::from(variance));
         let (wanted, reference) = match record.task {
-            Task::Rate { wanted_rad_s, reference } => {
+            Task::Rate { wanted_rad_s, reference, .. } => {
                 (f64::from(wanted_rad_s), of(reference.map(Angle::degrees)))
             }
             Task::None | Task::Position(_) | Task::Told(_) => (f64::NAN, f64::NAN),

@@ -90,6 +90,12 @@ impl Scene {
         toml_text::parse_into(self, toml, path, admit)
     }
 
+    /// Takes back what was set of `key`: its value is the default.
+    pub fn unset(&mut self, key: &'static str) {
+        self.set.remove(key);
+        self.origins.0.remove(key);
+    }
+
     /// The same scene with a true motor drawn around the design: no parameter of its own.
     #[must_use]
     pub fn without_plant_overrides(&self) -> Self {
@@ -99,8 +105,7 @@ impl Scene {
         for key in keys {
             #[cfg(any(test, feature = "reads"))]
             scene.reads.overwrite(key);
-            scene.set.remove(key);
-            scene.origins.0.remove(key);
+            scene.unset(key);
         }
         scene
     }

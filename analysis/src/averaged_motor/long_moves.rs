@@ -53,13 +53,15 @@ pub fn long_moves(run: &OpenLoopRun) -> Result<AveragedReport, RunError> {
     }
     let setup = OpenLoopRun { step_s: SPIN_UP_STEP_S, impact_rule: ImpactRule::Located, ..*run }.setup();
     let identified = campaign.identify(&run.params, &setup, run.drive, run.seed)?;
-    let IdentifiedMotion { rate_rad_s, rate_error_rad_s, time_constant_s, .. } = identified;
+    let IdentifiedMotion { rate_rad_s, rate_error_rad_s, time_constant_s, time_constant_error_s, .. } =
+        identified;
     // Four standard errors; and the settling time must be long against the time constant.
-    let is_steady = rate_rad_s.abs() > 4.0 * rate_error_rad_s && time_constant_s < 0.25 * campaign.settle_s;
+    let is_lag = time_constant_s > -4.0 * time_constant_error_s && time_constant_s < 0.25 * campaign.settle_s;
+    let is_steady = rate_rad_s.abs() > 4.0 * rate_error_rad_s && is_lag;
     if !is_steady {
         return Err(no_mean_motion(&format!(
-            "the full motor turns at {rate_rad_s:.1e} +- {rate_error_rad_s:.1e} rad/s, time constant \
-             {time_constant_s:.1e} s"
+            "the full motor turns at {rate_rad_s:.1e} +- {rate_error_rad_s:.1e} rad/s, with a time constant of \
+             {time_constant_s:.1e} +- {time_constant_error_s:.1e} s"
         )));
     }
 

@@ -250,7 +250,12 @@ impl FilterComparison {
             sums[phase as usize].estimate(estimate.as_ref(), health, angle, rate_rad_s);
         }
         for (genie, sums) in self.genies.iter().zip(genies) {
-            sums[phase as usize].estimate(genie.estimate().as_ref(), Health::Good, angle, rate_rad_s);
+            let sums = &mut sums[phase as usize];
+            // It has no health of its own: what it says is right by its construction.
+            match genie.estimate() {
+                Some(estimate) => sums.estimate(Some(&estimate), Health::Good, angle, rate_rad_s),
+                None => sums.no_estimate(),
+            }
         }
     }
 }

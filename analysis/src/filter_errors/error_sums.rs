@@ -60,10 +60,7 @@ impl ErrorSums {
             Health::Degraded(_) => 1,
             Health::Waiting | Health::Unusable(_) => 2,
         }] += 1;
-        let Some(estimate) = estimate else {
-            self.missing += 1;
-            return;
-        };
+        let Some(estimate) = estimate else { return self.no_estimate() };
         let off = estimate.angle.minus(angle);
         let (off_mdeg, off_rad) = (1e3 * off.degrees(), off.radians_since::<f64>(Angle::ZERO));
         let off_rad_s = estimate.rate_rad_s.to_f64() - rate_rad_s;
@@ -80,6 +77,11 @@ impl ErrorSums {
         self.normalised[2] += 0.5 * joint / (p11 * p22 - p12 * p12);
         self.stated.add_error(off_mdeg, of_angle, health);
         self.false_valid += u64::from(is_falsely_valid(off_mdeg, of_angle, health));
+    }
+
+    /// Adds that there was no estimate, of a filter that has no health.
+    pub fn no_estimate(&mut self) {
+        self.missing += 1;
     }
 
     /// Adds the innovation of a measurement.
@@ -159,7 +161,7 @@ impl ErrorSums {
     }
 
     /// Shares of the time in which the health was good, degraded, unusable (waiting included), and in which it was good
-    /// and the estimate wrong by more than six standard deviations and 50 milli-degrees.
+    /// and the estimate wrong by more than six standard deviations and 50 milli-degrees; no numbers without any health.
     pub fn health(&self) -> ([f64; 3], f64) {
         let all = real(self.health.iter().sum::<u64>());
         (self.health.map(|count| real(count) / all), real(self.false_valid) / all)
@@ -305,6 +307,16 @@ mod tests {
         for (share, expected) in [(good, 0.5), (degraded, 0.25), (unusable, 0.25), (wrong, 0.25)] {
             assert!((share - expected).abs() < 1e-12, "{share} {expected}");
         }
+    }
+
+    /// A filter that never had an estimate, nor a health, has neither shares nor errors.
+    #[test]
+    fn exact_without_an_estimate_nothing_is_good() {
+        let mut sums = ErrorSums::default();
+        sums.no_estimate();
+        let ([good, ..], wrong) = sums.health();
+        assert!(good.is_nan() && wrong.is_nan() && sums.rms_angle_mdeg().is_nan());
+        assert_eq!((sums.stated().beyond_3_sigma, sums.missing()), (None, 1.0));
     }
 
     /// Of 2,000 errors, two are larger than the 99.9 % quantile.

@@ -4,11 +4,12 @@ use std::path::Path;
 
 use clap::Args;
 
+use super::progress;
 use super::readers::Reader;
 use crate::cli::CommandError;
 use crate::scene_files;
 use crate::studies::beside::BesideScene;
-use simulation::scene::{Origin, Scene, SceneError};
+use simulation::scene::{Admission, Origin, Scene, SceneError};
 
 #[derive(Debug, Default, Args)]
 pub(super) struct BesideArgs {
@@ -41,7 +42,7 @@ impl BesideArgs {
     ) -> Result<Vec<BesideScene>, CommandError> {
         let reader = Reader::named(command);
         let of_one = |text: &String| {
-            let (name, scene) = changed(scene, text, &|key| reader.admit(key))?;
+            let (name, scene) = changed(scene, text, (command, &|key| reader.admit(key)))?;
             Ok(BesideScene { name, scene: provide(scene)? })
         };
         self.beside.iter().map(of_one).collect()
@@ -52,7 +53,7 @@ impl BesideArgs {
 fn changed(
     scene: &Scene,
     text: &str,
-    admit: &dyn Fn(&'static str) -> Result<(), SceneError>,
+    (command, admit): (&str, Admission),
 ) -> Result<(String, Scene), SceneError> {
     let mut scene = scene.clone();
     let mut names = Vec::new();
@@ -62,7 +63,8 @@ fn changed(
             names.push(part.to_owned());
         } else {
             let path = Path::new(part);
-            scene_files::read_into(&mut scene, path, admit)?;
+            let passed_over = scene_files::read_into(&mut scene, path, admit)?;
+            progress::note_passed_over(command, &passed_over);
             names.push(path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().replace('_', " "));
         }
     }
@@ -81,7 +83,7 @@ mod tests {
         std::fs::write(&path, "[plant]\nrotor = \"tilting\"\nstep_s = 5e-6\n").unwrap();
         let scene = Scene::of_sets(&["seed=7".to_owned(), "plant.step_s=1e-5".to_owned()]).unwrap();
         let text = format!("{},camera.marks=3, plant.rotor = tilting_without_shift", path.display());
-        let (name, changed) = changed(&scene, &text, &|_| Ok(())).unwrap();
+        let (name, changed) = changed(&scene, &text, ("estimate", &|_| Ok(()))).unwrap();
         assert_eq!(name, "rotor that tilts, camera.marks=3, plant.rotor = tilting_without_shift");
         assert_eq!((changed.seed(), changed.integer("camera.marks")), (7, 3));
         assert_eq!(changed.choice("plant.rotor"), "tilting_without_shift");

@@ -51,8 +51,8 @@ impl LearnArgs {
 }
 
 impl LearningMap {
-    /// Writes the map of `scene` with what was learnt, in the place of the file as it was; returns that map. Without
-    /// that the file stays, and the reason is told.
+    /// Writes the map of `scene` with what was learnt, in the place of the file as it was, and says so; returns that
+    /// map. Without that the file stays, and the reason is told.
     ///
     /// # Errors
     /// When it cannot be written; the file is then as it was.
@@ -73,6 +73,7 @@ impl LearningMap {
         let text = response_map_text(&map, &path);
         output.write_all(text.as_bytes()).map_err(|source| output.unwritable(source))?;
         output.publish()?;
+        progress::note(&format!("note: {} has what the move learnt of this motor", path.display()));
         Ok(Some(map))
     }
 }

@@ -39,3 +39,10 @@ pub(super) fn note(text: &str) {
         eprintln!("{text}");
     }
 }
+
+/// Says which keys of a scene of the gallery `command` has passed over, since it does not read them.
+pub(super) fn note_passed_over(command: &str, keys: &[&str]) {
+    if !keys.is_empty() {
+        note(&format!("note: {command} passes over {} of this scene", keys.join(", ")));
+    }
+}

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 
+use super::progress;
 use super::readers::Reader;
 use crate::cli::CommandError;
 use crate::scene_files;
@@ -73,7 +74,11 @@ impl AssignedArgs {
         flags: &[(&str, &Option<String>)],
     ) -> Result<Scene, CommandError> {
         let admit = |key| reader.map_or(Ok(()), |reader| reader.admit(key));
-        let mut scene = scene_files::load_admitted(file.map(PathBuf::as_path), &self.set, &admit)?;
+        let (mut scene, passed_over) =
+            scene_files::load_admitted(file.map(PathBuf::as_path), &self.set, &admit)?;
+        if let Some(reader) = reader {
+            progress::note_passed_over(reader.command, &passed_over);
+        }
         for word in &self.fault {
             scene.add_fault(word, &admit, Origin::Flag)?;
         }

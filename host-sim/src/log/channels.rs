@@ -232,7 +232,7 @@ messages! {
     }
     /// What the controller does, when it changes.
     Task {
-        /// Phase of a move, `Rate` of a held rate, `None` without a controller.
+        /// Phase of a move, `Rate` of a held rate, `Stopped` with the reason of either, `None` without a controller.
         string phase = "1";
     }
     /// The drive, when it changes: it holds from then on.

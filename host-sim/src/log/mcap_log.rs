@@ -206,7 +206,7 @@ impl McapLog {
                 },
             )?;
         }
-        if let Task::Rate { wanted_rad_s, reference } = record.task {
+        if let Task::Rate { wanted_rad_s, reference, .. } = record.task {
             let angle_deg = reference.map_or(f64::NAN, Angle::degrees);
             self.message(at, &channels::Reference { wanted_rad_s, angle_deg })?;
         }

@@ -11,7 +11,7 @@ use crate::report::key_figure::KeyFigure;
 use crate::report::table::Table;
 use simulation::math::count::real;
 use simulation::math::statistics::MeanSquare;
-use simulation::runs::stated_errors::{StatedErrorCounts, StatedErrors};
+use simulation::runs::stated_errors::{StatedErrorCounts, StatedErrors, hundredths_or_dash};
 
 /// What one filter made of a log: the one that was recorded, or the one that was replayed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -20,7 +20,8 @@ pub struct FilterFigures {
     pub filter: String,
     /// Estimates at logged ticks.
     pub estimates: u64,
-    /// Root mean square of estimated less true angle; `null` where the log has no truth.
+    /// Root mean square of estimated less true angle over the logged ticks; `null` where the log has no truth. That of
+    /// the run itself is over all ticks.
     pub rms_error_mdeg: Option<f64>,
     /// Errors beside what is stated; `null` where the log has no truth.
     pub stated: Option<StatedErrors>,
@@ -235,7 +236,9 @@ impl Replayed {
         let figures = [
             rms_error_mdeg
                 .map(|mdeg| KeyFigure::single("error of the angle", "mdeg rms", mdeg).lower_is_better()),
-            stated.map(|stated| KeyFigure::single("beyond 3 sigma", "%", 100.0 * stated.beyond_3_sigma)),
+            stated
+                .and_then(|stated| stated.beyond_3_sigma)
+                .map(|share| KeyFigure::single("beyond 3 sigma", "%", 100.0 * share)),
             stated.map(|stated| {
                 let count = real(stated.good_beyond_5_sigma);
                 KeyFigure::single("estimates called good beyond 5 sigma", "", count).lower_is_better()
@@ -275,11 +278,13 @@ impl fmt::Display for Replayed {
         };
         let or_dash = |value: Option<String>| value.unwrap_or_else(|| "-".to_owned());
         row("filter", &|of| of.filter.clone());
-        row("estimates", &|of| of.estimates.to_string());
+        row("estimates at logged ticks", &|of| of.estimates.to_string());
         if self.replayed.stated.is_some() {
-            row("error rms, mdeg", &|of| or_dash(of.rms_error_mdeg.map(|mdeg| format!("{mdeg:.3}"))));
+            row("their error rms, mdeg", &|of| or_dash(of.rms_error_mdeg.map(|mdeg| format!("{mdeg:.3}"))));
             row("beyond 3 sigma, %", &|of| {
-                or_dash(of.stated.map(|stated| format!("{:.2}", 100.0 * stated.beyond_3_sigma)))
+                hundredths_or_dash(
+                    of.stated.and_then(|stated| stated.beyond_3_sigma).map(|share| 100.0 * share),
+                )
             });
             row("good and beyond 5 sigma", &|of| {
                 or_dash(of.stated.map(|stated| stated.good_beyond_5_sigma.to_string()))

@@ -218,7 +218,7 @@ impl RowMaker {
         let health = self.health.as_ref().map_or_else(String::new, |(_, word)| word.clone());
         self.set(Place::EstimateHealth, Cow::Owned(health));
         self.set(Place::Phase, self.phase.clone());
-        if let Task::Rate { wanted_rad_s, reference } = record.task {
+        if let Task::Rate { wanted_rad_s, reference, .. } = record.task {
             self.set(Place::WantedRate, wanted_rad_s);
             if let Some(reference) = reference {
                 self.set(Place::ReferenceAngle, Angle::degrees(reference));

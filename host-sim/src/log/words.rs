@@ -32,6 +32,18 @@ pub(super) fn refusal_sentence(verdict: &str, count: u64, sigmas: f64) -> String
     format!("{frames} refused: {because}")
 }
 
+/// A drive in words, and its least and its largest offset from the design's frequency in Hz.
+pub(super) fn drive_sentence(drive: &str, [least_hz, most_hz]: [f32; 2]) -> String {
+    let of_design = "Hz from the frequency of the design";
+    if least_hz < most_hz {
+        format!("{drive}, {least_hz:+} to {most_hz:+} {of_design}")
+    } else if least_hz.abs() > 0.0 {
+        format!("{drive}, {least_hz:+} {of_design}")
+    } else {
+        drive.to_owned()
+    }
+}
+
 /// A phase, and the group of phases that are told as one event.
 pub(super) fn phase_sentence(phase: &str) -> (String, &str) {
     let sentence = match phase {

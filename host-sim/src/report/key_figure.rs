@@ -152,16 +152,20 @@ impl KeyFigure {
         Self::new(name, unit, measured).with_runs(Statistic::Mean, runs.into_iter().map(Some))
     }
 
-    /// The root of the mean square of a value of each run, or of a root mean square of each run.
-    pub fn root_mean_square(name: &str, unit: &str, runs: impl IntoIterator<Item = f64>) -> Self {
-        let runs: Vec<f64> = runs.into_iter().collect();
-        let count = runs.len() as u64;
-        let Spread { mean, sd } = runs.iter().map(|value| value * value).collect();
+    /// The root of the mean square of a value of each run that has one, or of a root mean square of each run.
+    pub fn root_mean_square<V: Into<Option<f64>>>(
+        name: &str,
+        unit: &str,
+        runs: impl IntoIterator<Item = V>,
+    ) -> Self {
+        let runs: Vec<Option<f64>> = runs.into_iter().map(Into::into).collect();
+        let count = runs.iter().flatten().count() as u64;
+        let Spread { mean, sd } = runs.iter().flatten().map(|value| value * value).collect();
         let half = student_95(real(count) - 1.0) * sd / math::sqrt(real(count));
         let end = |square: f64| (count > 1).then(|| math::sqrt(square.max(0.0)));
         let (low, high) = (end(mean - half), end(mean + half));
         let measured = Measured::Interval { value: math::sqrt(mean), low, high, runs: count };
-        Self::new(name, unit, measured).with_runs(Statistic::RootMeanSquare, runs.into_iter().map(Some))
+        Self::new(name, unit, measured).with_runs(Statistic::RootMeanSquare, runs)
     }
 
     /// What so many thousandths of the runs that have a value do not exceed. Where there is none it is not a number.

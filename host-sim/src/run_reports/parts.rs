@@ -2,7 +2,7 @@
 
 use crate::report::chart::{Axis, Colour, Panel, Series};
 use simulation::math::count::real;
-use simulation::runs::stated_errors::StatedErrors;
+use simulation::runs::stated_errors::{StatedErrors, hundredths_or_dash};
 use simulation::scene::Scene;
 
 /// What a run of `motor_s` cost.
@@ -47,10 +47,11 @@ pub(crate) fn stated_lines(stated: &StatedErrors) -> [(&'static str, String); 2]
         0 => "none".to_owned(),
         count => format!("{count}, the worst by {:.1} mdeg", stated.good_beyond_5_sigma_worst_mdeg),
     };
+    let percent = stated.beyond_3_sigma.map(|share| 100.0 * share);
     [
         (
             "estimates off by more than three of their standard deviations",
-            format!("{:.2} %; of normal errors 0.27 %", 100.0 * stated.beyond_3_sigma),
+            format!("{} %; of normal errors 0.27 %", hundredths_or_dash(percent)),
         ),
         ("estimates called good and off by more than five", worst),
     ]

@@ -196,6 +196,7 @@ impl CalibrationPlan {
         run: u64,
         (turning, schedule): (&TurningRun, &TurnSchedule),
     ) -> Result<Calibration, RunError> {
+        turning.check()?;
         let serial = self.scene.integer("gyroscope.serial") + run / self.motors;
         scene.set("gyroscope.serial", &serial.to_string())?;
         let mut gyroscope = Gyroscope::new(scene);

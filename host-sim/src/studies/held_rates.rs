@@ -29,8 +29,8 @@ const RATES_BESIDE_DEG_S: [f64; 3] = [160.0, 50.0, -40.0];
 const ABOUT: &str = "Beyond 3 sigma: share of the estimates, one a tick, whose angle is off by more than three of the \
     standard deviations that the filter states. Good, beyond 5 sigma: estimates that are called good and are off by \
     more than five, and the largest error of these. Lost: how often the reference begins anew, since the estimate was \
-    lost. Reach: mean rates at full drive, in either mode. Time: seconds of this machine for a second of motor time, \
-    filter and controller included.";
+    lost. Reach: the fastest mean rates in open loop, in either mode. Time: seconds of this machine for a second of \
+    motor time, filter and controller included.";
 
 /// A rate that was held, and its cost.
 #[derive(Clone, Debug)]
@@ -131,9 +131,12 @@ impl HeldRates {
             |of: fn(&RateOutcome) -> String| first.map_or_else(String::new, |held| of(&held.outcome));
         let mut values = vec![
             ("rate_deg_s", figure(|outcome| format!("{:.0}", outcome.rate_deg_s))),
-            ("mean_error_percent", figure(|outcome| format!("{:.3}", outcome.mean_error_percent.abs()))),
+            (
+                "mean_error_percent",
+                figure(|outcome| format!("{:.3}", or_nan(outcome.mean_error_percent).abs())),
+            ),
             ("measured_s", figure(|outcome| format!("{:.1}", outcome.measured_s))),
-            ("following_rms_deg", figure(|outcome| format!("{:.1}", outcome.following_rms_deg))),
+            ("following_rms_deg", figure(|outcome| format!("{:.1}", or_nan(outcome.following_rms_deg)))),
             ("ripple_rms_deg_s", figure(|outcome| format!("{:.0}", outcome.ripple_rms_deg_s))),
             ("reach_clockwise_deg_s", figure(|outcome| format!("{:.0}", outcome.range.clockwise_deg_s))),
             (
@@ -158,10 +161,10 @@ impl HeldRates {
         for HeldRate { outcome, .. } in &self.outcomes {
             table.push(vec![
                 format!("{:+.0}", outcome.rate_deg_s),
-                format!("{:+.3}", outcome.mean_error_percent),
-                format!("{:.2}", outcome.following_rms_deg),
+                format!("{:+.3}", or_nan(outcome.mean_error_percent)),
+                format!("{:.2}", or_nan(outcome.following_rms_deg)),
                 format!("{:.0}", outcome.ripple_rms_deg_s),
-                format!("{:.1}", outcome.estimate_rms_mdeg),
+                format!("{:.1}", or_nan(outcome.estimate_rms_mdeg)),
                 format!("{:.0}", 100.0 * outcome.saturated),
             ]);
         }
@@ -196,19 +199,24 @@ fn json_of(held: Option<&HeldRate>) -> serde_json::Value {
     serde_json::to_value(held.map(|held| &held.outcome)).unwrap_or_default()
 }
 
+/// A figure that may be missing, which a table shows as a dash.
+fn or_nan(figure: Option<f64>) -> f64 {
+    figure.unwrap_or(f64::NAN)
+}
+
 fn cells(scene: &str, HeldRate { outcome, time_s_per_s }: &HeldRate) -> Vec<String> {
     let stated = outcome.stated;
     let worst_mdeg = || format!("{:.1}", stated.good_beyond_5_sigma_worst_mdeg);
     vec![
         scene.to_owned(),
         format!("{:+.0}", outcome.rate_deg_s),
-        format!("{:+.3}", outcome.mean_error_percent),
-        format!("{:.2}", outcome.following_rms_deg),
+        format!("{:+.3}", or_nan(outcome.mean_error_percent)),
+        format!("{:.2}", or_nan(outcome.following_rms_deg)),
         format!("{:.0}", 100.0 * outcome.saturated),
         format!("{:+.0} to {:+.0}", outcome.range.counter_clockwise_deg_s, outcome.range.clockwise_deg_s),
         outcome.reference_losses.to_string(),
-        format!("{:.1}", outcome.estimate_rms_mdeg),
-        format!("{:.2} %", 100.0 * stated.beyond_3_sigma),
+        format!("{:.1}", or_nan(outcome.estimate_rms_mdeg)),
+        format!("{:.2} %", 100.0 * or_nan(stated.beyond_3_sigma)),
         stated.good_beyond_5_sigma.to_string(),
         worst_of(stated.good_beyond_5_sigma > 0, worst_mdeg),
         format!("~{:.2}", time_s_per_s),

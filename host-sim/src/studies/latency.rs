@@ -9,6 +9,7 @@ use simulation::math::count::real;
 use simulation::math::statistics::MeanSquare;
 use simulation::runs::RunError;
 use simulation::runs::rate::{self, RateOutcome};
+use simulation::runs::stated_errors::hundredths_or_dash;
 use simulation::scene::Scene;
 
 /// Filters, in the order of their cost, and latencies in ticks.
@@ -64,13 +65,12 @@ fn row(
 ) -> Vec<String> {
     let rms = |outcomes: &[RateOutcome]| {
         let mut square = MeanSquare::default();
-        for outcome in outcomes {
-            square.add(outcome.estimate_rms_mdeg);
-        }
-        format!("{:.2}", square.root())
+        outcomes.iter().filter_map(|outcome| outcome.estimate_rms_mdeg).for_each(|mdeg| square.add(mdeg));
+        hundredths_or_dash(square.root_of_some())
     };
     let all = || clockwise.iter().chain(counter_clockwise).map(|outcome| outcome.stated);
-    let beyond_3 = all().map(|stated| stated.beyond_3_sigma).sum::<f64>() / real(all().count().max(1));
+    let shares = || all().filter_map(|stated| stated.beyond_3_sigma);
+    let beyond_3 = shares().sum::<f64>() / real(shares().count().max(1));
     let beyond_5 = all().map(|stated| stated.good_beyond_5_sigma).sum::<u64>();
     let worst_mdeg = all().map(|stated| stated.good_beyond_5_sigma_worst_mdeg).fold(0.0, f64::max);
     vec![

@@ -91,7 +91,12 @@ impl MeanSquare {
 
     /// Root of the mean square so far; 0 of no value.
     pub fn root(self) -> f64 {
-        math::sqrt(self.sum / self.count.max(1.0))
+        self.root_of_some().unwrap_or(0.0)
+    }
+
+    /// The same; `None` of no value.
+    pub fn root_of_some(self) -> Option<f64> {
+        (self.count > 0.0).then(|| math::sqrt(self.sum / self.count))
     }
 }
 

@@ -28,7 +28,7 @@ use crate::runs::RunError;
 use crate::runs::closed_loop::{self, ClosedLoop, PositioningMoment};
 use crate::scene::Scene;
 pub use move_run::MoveRun;
-pub use outcome::{MoveEnding, MoveOutcome};
+pub use outcome::{FrameCounts, MoveEnding, MoveOutcome};
 pub use plan::{MovePlan, forecast, plan, plan_of};
 pub use reach::note;
 pub use sums::{MoveSums, MoveTick};

@@ -3,11 +3,11 @@
 //! The first [`SETTLE_S`] are left out. Over the rest, by the true angle:
 //!
 //! ```text
-//! mean error = (turned - asked) / asked          ripple = rms of (angle - reference) and of (rate - asked)
+//! mean error = turned / asked - 1                ripple = rms of (angle - reference) and of (rate - asked)
 //! ```
 //!
 //! For a staircase both ways, turns count in the direction asked for, without the rests. Beside it stands the range of
-//! this motor: its mean rates at full drive in open loop, in either mode ([`RateRange`]).
+//! this motor: its fastest mean rates in open loop, in either mode ([`RateRange`]).
 //!
 //! The mean is over the rest of the run. Its error is the angle's error over that time, so a longer run measures it
 //! better.
@@ -24,6 +24,7 @@ use controller::TICK_NANOS;
 use controller::rate::{RateHold, RateStop, RateTuning};
 use motor_model::{DriveMode, Time, math};
 
+use crate::math::statistics::MeanSquare;
 use crate::runs::RunError;
 use crate::runs::closed_loop::{self, ClosedRateLoop, RateMoment};
 use crate::runs::filter;
@@ -45,9 +46,9 @@ struct RateSums {
     ticks: f64,
     turned_deg: f64,
     asked_deg: f64,
-    following_deg2: f64,
+    following_deg: MeanSquare,
     ripple_deg2_s2: f64,
-    estimate_mdeg2: f64,
+    estimate_mdeg: MeanSquare,
     stated: StatedErrorCounts,
     tilt: TiltFigureSums,
     saturated: f64,
@@ -101,7 +102,7 @@ pub fn run_with<B>(
         since_point.add(tick.tilt.as_ref());
         let (angle, time_s, report) = (tick.angle, tick.seconds(), &tick.report);
         let asked_deg_s = f64::from(report.wanted_rad_s).to_degrees();
-        let off_deg = report.reference.map_or(0.0, |reference| angle.minus(reference).degrees());
+        let off_deg = report.reference.map(|reference| angle.minus(reference).degrees());
         let amplitude = f64::from(report.applied.amplitude());
         let has_reference = report.reference.is_some();
         sums.reference_losses += u32::from(sums.had_reference && !has_reference);
@@ -113,13 +114,14 @@ pub fn run_with<B>(
             let along = if both_ways { asked_deg_s.signum() } else { 1.0 };
             sums.turned_deg += along * angle.minus(last_angle).degrees();
             sums.asked_deg += along * asked_deg_s * TICK_S;
-            sums.following_deg2 += off_deg * off_deg;
+            if let Some(off_deg) = off_deg {
+                sums.following_deg.add(off_deg);
+            }
             let ripple = tick.rate_rad_s.to_degrees() - asked_deg_s;
             sums.ripple_deg2_s2 += ripple * ripple;
             if let Some(estimate) = &report.estimate {
                 sums.stated.add(estimate, report.health, angle);
-                let error = 1e3 * estimate.angle.minus(angle).degrees();
-                sums.estimate_mdeg2 += error * error;
+                sums.estimate_mdeg.add(1e3 * estimate.angle.minus(angle).degrees());
             }
             sums.saturated += f64::from(u8::from(amplitude >= 1.0));
         }
@@ -133,7 +135,7 @@ pub fn run_with<B>(
                 time_s,
                 asked_deg_s,
                 rate_deg_s,
-                off_deg,
+                off_deg: off_deg.unwrap_or(0.0),
                 drive,
                 tilt,
                 health: report.health,
@@ -155,27 +157,71 @@ pub fn run_with<B>(
 impl RateSums {
     fn outcome(&self, scene: &Scene, range: RateRange) -> RateOutcome {
         let measured_s = self.ticks * TICK_S;
-        let root = |sum: f64| math::sqrt(sum / self.ticks.max(1.0));
+        let following_rms_deg = self.following_deg.root_of_some();
         RateOutcome {
             rate_deg_s: scene.number("rate.deg_s"),
             profile: scene.choice("rate.profile"),
             measured_s,
             asked_deg_s: self.asked_deg / measured_s,
             mean_deg_s: self.turned_deg / measured_s,
-            mean_error_percent: 100.0 * (self.turned_deg - self.asked_deg) / self.asked_deg.abs(),
-            following_rms_deg: root(self.following_deg2),
-            ripple_rms_deg_s: root(self.ripple_deg2_s2),
-            estimate_rms_mdeg: root(self.estimate_mdeg2),
+            mean_error_percent: (self.asked_deg.abs() > 0.0)
+                .then(|| 100.0 * (self.turned_deg - self.asked_deg) / self.asked_deg),
+            following_rms_deg,
+            ripple_rms_deg_s: math::sqrt(self.ripple_deg2_s2 / self.ticks.max(1.0)),
+            estimate_rms_mdeg: self.estimate_mdeg.root_of_some(),
             stated: self.stated.figures(),
             tilt: self.tilt.figures(),
             reference_losses: self.reference_losses,
             stopped: self.stopped.map(|(why, _)| format!("{why:?}")),
-            reason: self.stopped.map(|(why, _)| reason(why)),
+            reason: self
+                .stopped
+                .map(|(why, _)| reason(why))
+                .or_else(|| following_rms_deg.is_none().then_some(outcome::NO_REFERENCE)),
             stopped_s: self.stopped.map(|(_, time_s)| time_s),
             filter: filter::chosen(scene),
             saturated: self.saturated / self.ticks.max(1.0),
             range,
             seed: scene.seed(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const REACH: RateRange = RateRange { clockwise_deg_s: 900.0, counter_clockwise_deg_s: -76.0 };
+
+    fn held(sets: &[&str], sums: &RateSums) -> RateOutcome {
+        let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+        sums.outcome(&Scene::of_sets(&sets).unwrap(), REACH)
+    }
+
+    /// A rotor that turns by 75 degrees for 100 asked for is too slow by a quarter, either way.
+    #[test]
+    fn exact_a_rate_that_is_too_low_has_a_negative_error() {
+        for (deg_s, sign) in [("100", 1.0), ("-100", -1.0)] {
+            let sums = RateSums { turned_deg: sign * 75.0, asked_deg: sign * 100.0, ..RateSums::default() };
+            let outcome = held(&[&format!("rate.deg_s={deg_s}")], &sums);
+            assert_eq!(outcome.mean_error_percent, Some(-25.0));
+            assert!(outcome.to_string().contains(": -25.0000 % off"), "{outcome}");
+        }
+    }
+
+    /// Without a frame nothing is followed and nothing estimated, and a rate of 0 has no percentage.
+    #[test]
+    fn exact_what_was_not_measured_has_no_value() {
+        let sums = RateSums { ticks: 1000.0, ..RateSums::default() };
+        let outcome = held(&["rate.deg_s=0", "camera.drop_probability=1"], &sums);
+        let RateOutcome { following_rms_deg, estimate_rms_mdeg, mean_error_percent, stated, .. } = &outcome;
+        let missing = [*following_rms_deg, *estimate_rms_mdeg, *mean_error_percent, stated.beyond_3_sigma];
+        assert_eq!(missing, [None; 4]);
+        let text = outcome.to_string();
+        for words in
+            ["following          - deg rms", "estimator error    - mdeg rms", "no estimate that may be used"]
+        {
+            assert!(text.contains(words), "{text}");
+        }
+        assert!(!text.contains("NaN") && outcome.reason.is_some(), "{text}");
     }
 }

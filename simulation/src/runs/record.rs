@@ -55,6 +55,7 @@ pub use words::{health_level, mode_word, verdict_word};
 
 use std::ops::ControlFlow;
 
+use controller::rate::RateStop;
 use controller::{PositioningPhase, RateReport, TickReport};
 use estimator::{CameraFrame, Estimate, Health, Innovation, LdvSample, Verdict};
 use motor_model::{Angle, DriveCommand, Time};
@@ -138,6 +139,8 @@ pub enum Task {
         wanted_rad_s: f32,
         /// The angle that the rotor should have; `None` before the first usable estimate.
         reference: Option<Angle>,
+        /// Why it is held no more; `None` while it is.
+        stopped: Option<RateStop>,
     },
 }
 
@@ -274,8 +277,8 @@ impl LoopReport for TickReport {
 
 impl LoopReport for RateReport {
     fn parts(&self) -> LoopParts {
-        let Self { estimate, health, camera, command, applied, wanted_rad_s, reference, .. } = *self;
-        let task = Task::Rate { wanted_rad_s, reference };
+        let Self { estimate, health, camera, command, applied, wanted_rad_s, reference, stopped, .. } = *self;
+        let task = Task::Rate { wanted_rad_s, reference, stopped };
         LoopParts { estimate, health, innovation: camera, asked: command, applied, task }
     }
 }

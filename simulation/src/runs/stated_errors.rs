@@ -26,12 +26,18 @@ pub fn is_falsely_valid(off_mdeg: f64, normalised: f64, health: Health) -> bool 
 /// The figures of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct StatedErrors {
-    /// Share of the estimates whose angle is off by more than three of their standard deviations.
-    pub beyond_3_sigma: f64,
+    /// Share of the estimates whose angle is off by more than three of their standard deviations; `None` without
+    /// estimates.
+    pub beyond_3_sigma: Option<f64>,
     /// Estimates of good health whose angle is off by more than five.
     pub good_beyond_5_sigma: u64,
     /// The largest error of these; 0 if there is none.
     pub good_beyond_5_sigma_worst_mdeg: f64,
+}
+
+/// A value with two decimals, and a dash where there is none.
+pub fn hundredths_or_dash(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
 }
 
 /// The counts from which they come.
@@ -72,7 +78,7 @@ impl StatedErrorCounts {
     /// The figures.
     pub fn figures(&self) -> StatedErrors {
         StatedErrors {
-            beyond_3_sigma: real(self.large) / real(self.estimates.max(1)),
+            beyond_3_sigma: (self.estimates > 0).then(|| real(self.large) / real(self.estimates)),
             good_beyond_5_sigma: self.good_and_wrong,
             good_beyond_5_sigma_worst_mdeg: self.worst_mdeg,
         }
@@ -110,7 +116,7 @@ mod tests {
         let mut twice = counts;
         twice.absorb(&counts);
         let figures = twice.figures();
-        assert!((figures.beyond_3_sigma - 0.75).abs() < 1e-12, "{figures:?}");
+        assert_eq!(figures.beyond_3_sigma, Some(0.75));
         assert_eq!(figures.good_beyond_5_sigma, 2);
         assert!((figures.good_beyond_5_sigma_worst_mdeg - 6.0).abs() < 1e-3, "{figures:?}");
         assert_eq!(StatedErrorCounts::default().figures(), StatedErrors::default());

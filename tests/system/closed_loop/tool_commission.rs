@@ -8,7 +8,7 @@ use std::path::Path;
 use host_sim::studies::positioning_trials::target;
 use simulation::scene::parse_response_map;
 
-use crate::support::built_command::{folder, json, number, output_on, refuses, succeeds, written};
+use crate::support::built_command::{folder, json, number, output_on, refuses, run, succeeds, written};
 use crate::support::closeness::assert_between;
 
 /// A motor is commissioned within a minute of its time. Its map differs from the one that it began with, and a move by
@@ -16,7 +16,8 @@ use crate::support::closeness::assert_between;
 #[test]
 fn tool_commission_writes_a_map_that_position_takes() {
     let folder = folder();
-    let found = json(folder.path(), &["commission", "--seed", "3", "--out", "mine", "--format", "json"]);
+    let more = ["--report", "report.html", "--format", "json"];
+    let found = json(folder.path(), &[&["commission", "--seed", "3", "--out", "mine"][..], &more].concat());
     assert_between(number(&found, "time_s"), 1.0, 60.0, "motor time");
     assert_eq!(found["end"], "enough", "{found}");
     for resonance in found["resonances"].as_array().expect("resonances") {
@@ -29,6 +30,12 @@ fn tool_commission_writes_a_map_that_position_takes() {
     assert_ne!(map, *ResponseMap::table_1());
     let picture = written(folder.path(), "mine/commissioning.svg");
     assert!(picture.starts_with("<svg") && picture.contains("Cruises of mode B"), "{picture:.200}");
+    let report = written(folder.path(), "report.html");
+    for words in
+        ["+- is one standard deviation", "windows: of 50 ms", "this motor mdeg", "burst to burst mdeg"]
+    {
+        assert!(report.contains(words), "{words}");
+    }
     let moved = ["position", "--to", "5", "--seed", "3", "--map", "mine/map.toml", "--format", "json"];
     assert_eq!(json(folder.path(), &moved)["ok"], true);
     assert_eq!(written(folder.path(), "mine/map.toml"), text, "without --learn the map stays");
@@ -47,7 +54,9 @@ fn check_learning(folder: &Path, map: &ResponseMap) {
         parse_response_map(&text, Path::new("map.toml")).expect("a map").learnt().expect("factors")
     };
     let prior = LearntFactors::from(&MapCorrection::of(map));
-    assert_eq!(moved("-0.05", &[])["ok"], true);
+    let by = ["position", "--to", "-0.05", "--seed", "3", "--map", "mine/map.toml", "--learn"];
+    let notes = String::from_utf8(run(folder, &by).stderr).expect("text");
+    assert!(notes.contains("note: mine/map.toml has what the move learnt of this motor"), "{notes}");
     let first = kept();
     let text = written(folder, "mine/map.toml");
     let of_motor = parse_response_map(&text, Path::new("map.toml")).expect("a map");

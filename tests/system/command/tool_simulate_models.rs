@@ -74,6 +74,14 @@ fn tool_models_refuse_what_they_do_not_use() {
         (&["averaged", "--precision", "f32"], &["simulate.precision", "averaged"]),
         (&["averaged", "--friction", "paper"], &["simulate.friction", "averaged"]),
         (&["averaged", "--drive", "off"], &["no mean motion", "the drive is off"]),
+        (
+            &["averaged", "--drive", "c", "--amplitude", "0.1"],
+            &["no mean motion", "a time constant of -1.1e-3"],
+        ),
+        (
+            &["stator", "--drive", "b", "--set", "motor.mode_b.damping_ratio=0"],
+            &["motor.mode_b.damping_ratio = 0"],
+        ),
         (&["rotor"], &["simulate.model", "rotor", "motor, stator, averaged"]),
     ];
     for (arguments, words) in cases {

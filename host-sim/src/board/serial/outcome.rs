@@ -123,7 +123,7 @@ pub struct RateFigures {
     pub mean_deg_s: Option<f64>,
     /// True mean rate in deg/s, which only a simulated plant tells; `null` with a real camera.
     pub true_mean_deg_s: Option<f64>,
-    /// True mean rate less the one asked for, in percent of that; `null` of a rate of 0 as well.
+    /// True mean rate per the one asked for, less 1, in percent; `null` of a rate of 0 as well.
     pub mean_error_percent: Option<f64>,
     /// How often the estimate was seen to be lost; each time the reference begins anew where the rotor then is.
     pub reference_losses: u32,

@@ -143,7 +143,7 @@ fn task(phase: PhaseRecord, health: Health, rate: Option<RateRecord>) -> Task {
         PhaseRecord::Rate(RatePhase::Waiting | RatePhase::Following) => {
             let (wanted_rad_s, units) =
                 rate.map_or((f32::NAN, None), |rate| (rate.wanted_rad_s, rate.reference_units));
-            Task::Rate { wanted_rad_s, reference: units.map(Angle::from_units) }
+            Task::Rate { wanted_rad_s, reference: units.map(Angle::from_units), stopped: None }
         }
         PhaseRecord::Rate(RatePhase::Over) => Task::Told("Over"),
         PhaseRecord::Rate(RatePhase::Stopped(why)) => Task::Told(match why {
@@ -243,7 +243,7 @@ mod tests {
         };
         let received = |report: &RateReport| Reported::of(&TickRecord::from(report)).unwrap();
         let following = received(&sent);
-        assert_eq!(following.task, Task::Rate { wanted_rad_s: -1.25, reference });
+        assert_eq!(following.task, Task::Rate { wanted_rad_s: -1.25, reference, stopped: None });
         assert_eq!((following.estimate, following.since), (estimate, Some(since)));
         for (why, word) in [
             (RateStop::Stuck, "Stopped(Stuck)"),

@@ -237,7 +237,7 @@ impl WatchedRate {
             true_mean_deg_s,
             mean_error_percent: true_mean_deg_s
                 .filter(|_| rate_deg_s.abs() > 0.0)
-                .map(|mean| 100.0 * (mean - rate_deg_s) / rate_deg_s.abs()),
+                .map(|mean| 100.0 * (mean - rate_deg_s) / rate_deg_s),
             reference_losses: losses,
             stopped: self.stopped.map(|(why, _)| format!("{why:?}")),
             reason: self.stopped.map(|(why, _)| reason(why)),

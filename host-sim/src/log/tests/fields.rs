@@ -63,7 +63,7 @@ fn record() -> RunRecord<'static> {
         health: Health::Good,
         asked: DriveCommand::saturating(DriveMode::B, 1.0),
         applied: DriveCommand::saturating(DriveMode::C, 0.75).with_frequency_offset(30.0).unwrap(),
-        task: Task::Rate { wanted_rad_s: 17.0, reference: Some(Angle::from_degrees(18.0)) },
+        task: Task::Rate { wanted_rad_s: 17.0, reference: Some(Angle::from_degrees(18.0)), stopped: None },
     }
 }
 

@@ -7,8 +7,15 @@ use simulation::runs::simulate::{MotorSample, Observer, OpenLoopRun, simulate};
 
 /// Points of the course of the angle at most.
 const COURSE_MAX: f64 = 600.0;
-/// Length of the motion up close: some tens of the mode's periods.
+/// Length of the motion up close: some tens of the mode's periods, and more until it has [`IMPACTS`].
 const CLOSE_S: f64 = 4e-3;
+/// Impacts up close, where there are so many within [`CLOSE_MAX_S`] after settling.
+const IMPACTS: usize = 6;
+const CLOSE_MAX_S: f64 = 50e-3;
+/// Impacts closer to each other count as one: the rotor meets two teeth.
+const APART_S: f64 = 1e-4;
+/// The rotor's velocity changes by more than this from sample to sample only at an impact.
+const STEP_M_S: f64 = 1e-3;
 /// Least time between its samples: a hundredth of a period.
 const CLOSE_INTERVAL_S: f64 = 1e-6;
 
@@ -81,18 +88,48 @@ impl Observer for CloseUp {
     }
 }
 
-/// The motion of `run` up close, from the end of settling on. The run is made again as far as that.
+/// The motion of `run` up close, from the first impact after settling on; from the end of settling on where there is no
+/// impact. The run is made again as far as that.
 ///
 /// # Errors
 /// When the run fails.
 pub fn close_up(run: &OpenLoopRun) -> Result<Vec<MotorSample>, RunError> {
-    let duration_s = (run.settle_s + CLOSE_S).min(run.duration_s);
+    let duration_s = (run.settle_s + CLOSE_MAX_S).min(run.duration_s);
     let interval_s = CLOSE_INTERVAL_S.max(run.step_s);
     // Half an interval earlier: times are rounded.
-    let from_s = duration_s - CLOSE_S - 0.5 * interval_s;
+    let from_s = run.settle_s.min(duration_s - CLOSE_S) - 0.5 * interval_s;
     let mut close = CloseUp { interval_s, from_s, samples: Vec::new() };
     simulate(&OpenLoopRun { duration_s, settle_s: 0.0, ..*run }, &mut close)?;
-    Ok(close.samples)
+    Ok(with_impacts(close.samples))
+}
+
+/// The part of `samples` from before the first impact until [`CLOSE_S`] later, and at least until [`IMPACTS`] are seen.
+fn with_impacts(mut samples: Vec<MotorSample>) -> Vec<MotorSample> {
+    let impacts = impacts(&samples);
+    let first = impacts.first().map_or(0, |impact| impact - 1);
+    samples.drain(..first);
+    let Some(start) = samples.first() else { return samples };
+    let enough = impacts.get(IMPACTS - 1).or(impacts.last()).map_or(0, |impact| impact + 1 - first);
+    let until_s = start.time_s + CLOSE_S;
+    let shortest = samples.partition_point(|sample| sample.time_s <= until_s);
+    samples.truncate(shortest.max(enough));
+    samples
+}
+
+/// The places of the samples at the end of an impact.
+fn impacts(samples: &[MotorSample]) -> Vec<usize> {
+    let mut places = Vec::new();
+    let mut last_s = f64::NEG_INFINITY;
+    for (place, pair) in samples.windows(2).enumerate() {
+        let [before, after] = [&pair[0], &pair[1]];
+        if (after.velocity_m_s - before.velocity_m_s).abs() > STEP_M_S {
+            if after.time_s - last_s > APART_S {
+                places.push(place + 1);
+            }
+            last_s = after.time_s;
+        }
+    }
+    places
 }
 
 #[cfg(test)]
@@ -118,9 +155,11 @@ mod tests {
 
         let close = close_up(&run).unwrap();
         let (first, last) = (close.first().unwrap(), close.last().unwrap());
-        assert!((first.time_s - 0.05).abs() < 1e-9 && (last.time_s - 0.054).abs() < 1e-9);
-        let seen = trace.angles_deg.iter().find(|point| (point.0 - 0.052).abs() < 1e-9).unwrap();
-        let same = close.iter().find(|sample| (sample.time_s - 0.052).abs() < 1e-9).unwrap();
+        assert!((0.05..0.052).contains(&first.time_s) && last.time_s - first.time_s > 3.99e-3);
+        let hits = impacts(&close);
+        assert!(hits[0] == 1 && hits.len() >= IMPACTS, "{hits:?}");
+        let seen = trace.angles_deg.iter().find(|point| (point.0 - 0.053).abs() < 1e-9).unwrap();
+        let same = close.iter().find(|sample| (sample.time_s - 0.053).abs() < 1e-9).unwrap();
         assert!((same.angle_deg - seen.1).abs() < 1e-12);
     }
 }

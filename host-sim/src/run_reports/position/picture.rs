@@ -14,14 +14,13 @@ use simulation::world::pose::RotorTilt;
 /// # Errors
 /// When the picture cannot be laid out.
 pub fn svg(outcome: &MoveOutcome, trace: &PictureTrace) -> Result<String, OutputError> {
+    let estimator = outcome
+        .rms_estimate_error_mdeg
+        .map_or_else(String::new, |mdeg| format!(", estimator within {mdeg:.1} milli-degrees rms"));
     let caption = format!(
-        "plant drawn by seed {}: ended {:+.2} milli-degrees from the target after {:.3} s, {} drive switches, \
-         estimator within {:.1} milli-degrees rms",
-        outcome.seed,
-        outcome.final_error_mdeg,
-        outcome.duration_s,
-        outcome.drive_switches,
-        outcome.rms_estimate_error_mdeg
+        "plant drawn by seed {}: ended {:+.2} milli-degrees from the target after {:.3} s, {} drive \
+         switches{estimator}",
+        outcome.seed, outcome.final_error_mdeg, outcome.duration_s, outcome.drive_switches,
     );
     let figure =
         Figure::new(format!("Move to {} degrees in closed loop", outcome.target_deg)).caption(caption);
@@ -132,7 +131,7 @@ fn rate(trace: &PictureTrace, end_s: f64) -> Panel {
 fn estimator_error(outcome: &MoveOutcome, trace: &PictureTrace) -> Panel {
     let end_s = outcome.duration_s;
     // The band of the first frames is left out: it is far wider than the rest.
-    let range_mdeg = (6.0 * outcome.rms_estimate_error_moving_mdeg).max(10.0);
+    let range_mdeg = (6.0 * outcome.rms_estimate_error_moving_mdeg.unwrap_or(0.0)).max(10.0);
     let two_sigma = |moment: &PositioningMoment| {
         let variance = f64::from(moment.report.estimate?.angle_rad2);
         Some(2e3 * motor_model::math::sqrt(variance).to_degrees())

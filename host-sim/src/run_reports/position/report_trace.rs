@@ -10,9 +10,13 @@ use simulation::runs::record::{Observer, RunRecord, Task};
 
 /// Frames kept at most; of more, every second is removed.
 const FRAMES_MAX: usize = 20_000;
-/// Ticks that are kept of the impacts up close: 4 ms. They begin as long after the first drive did, when the stator has
-/// its full amplitude, or with the first drive if it is shorter.
+/// Ticks that are kept of the impacts up close: 4 ms. They begin with the first impact that comes as long after the
+/// first drive began, when the stator has its full amplitude, or with the first drive if it is shorter.
 const CLOSE_TICKS: usize = 400;
+/// More ticks are kept until there are so many impacts, [`APART_TICKS`] apart; 50 ms at most.
+const CLOSE_IMPACTS: usize = 6;
+const APART_TICKS: usize = 10;
+const CLOSE_TICKS_MAX: usize = 5000;
 /// Of normal innovations 4.6 % are larger.
 const BOUND_SIGMAS: f64 = 2.0;
 
@@ -60,6 +64,11 @@ pub(crate) struct ReportTrace {
     pub(crate) sigma_mdeg: Option<f64>,
     /// Ticks since the first drive began.
     driven_ticks: usize,
+    /// Whether the ticks up close begin with the next impact.
+    awaits_impact: bool,
+    /// Impacts among them, and the place of the last one.
+    close_impacts: usize,
+    last_impact: Option<usize>,
 }
 
 impl Observer for ReportTrace {
@@ -95,15 +104,32 @@ impl ReportTrace {
             self.close.clear();
             self.samples.clear();
             self.impacts.clear();
+            (self.close_impacts, self.last_impact) = (0, None);
+            self.awaits_impact = true;
         }
         self.driven_ticks += 1;
-        let Some(truth) = record.truth.filter(|_| self.close.len() < CLOSE_TICKS) else { return };
+        self.awaits_impact &= record.impacts.is_empty();
+        let Some(truth) = record.truth.filter(|_| !self.awaits_impact && !self.has_all_close()) else {
+            return;
+        };
         let (rate_rad_s, velocity_m_s) = (truth.rate_rad_s, truth.velocity_m_s);
+        if !record.impacts.is_empty() {
+            let place = self.close.len();
+            self.close_impacts +=
+                usize::from(self.last_impact.is_none_or(|last| place - last >= APART_TICKS));
+            self.last_impact = Some(place);
+        }
         self.close.push(CloseTick { at_s, rate_rad_s, velocity_m_s, driven });
         let seconds = |at: Time| at.seconds_since(Time::ZERO);
         let sample = |sample: &LdvSample| (seconds(sample.taken_at), f64::from(sample.velocity_m_s));
         self.samples.extend(record.ldv_samples.iter().map(sample));
         self.impacts.extend(record.impacts.iter().map(|impact| (seconds(impact.at), impact.velocity_m_s[1])));
+    }
+
+    /// Whether enough ticks up close are kept.
+    fn has_all_close(&self) -> bool {
+        let ticks = self.close.len();
+        ticks >= CLOSE_TICKS_MAX || ticks >= CLOSE_TICKS && self.close_impacts >= CLOSE_IMPACTS
     }
 
     fn take_frame(&mut self, frame: &Innovation<f32>) {
@@ -150,5 +176,30 @@ const fn phase_words(phase: PositioningPhase) -> &'static str {
         PositioningPhase::Settling(Wait::MeasuringUnrested { .. }) => "measuring without rest",
         PositioningPhase::Holding => "holding",
         PositioningPhase::Stopped(_) => "given up",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use simulation::runs::position;
+    use simulation::scene::Scene;
+
+    /// The motion up close begins with an impact, and has several.
+    #[test]
+    fn exact_the_motion_up_close_begins_with_an_impact() {
+        let sets = ["position.to_deg=37", "plant.rotor=tilting"].map(str::to_owned);
+        let mut trace = ReportTrace::default();
+        let run = position::run_with(&Scene::of_sets(&sets).unwrap(), |run, moment| {
+            trace.observe(&run.record(moment))?;
+            if trace.driven_ticks > CLOSE_TICKS && trace.has_all_close() {
+                return ControlFlow::Break(());
+            }
+            ControlFlow::Continue(())
+        });
+        assert!(run.unwrap().is_break());
+        let (first, impact) = (trace.close.first().unwrap(), trace.impacts.first().unwrap());
+        assert!(first.driven && (0.0..1e-5).contains(&(first.at_s - impact.0)), "{first:?} {impact:?}");
+        assert!(trace.close_impacts >= CLOSE_IMPACTS && trace.close.len() <= CLOSE_TICKS_MAX);
     }
 }

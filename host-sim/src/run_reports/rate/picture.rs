@@ -12,8 +12,11 @@ use simulation::runs::rotor_tilt::TiltFigures;
 pub fn svg(outcome: &RateOutcome, points: &[RatePoint]) -> Result<String, OutputError> {
     let figure = Figure::new(format!("Rate of {} degrees a second in closed loop", outcome.rate_deg_s))
         .caption(format!(
-            "plant drawn by seed {}: mean rate {:+.3} % off, ripple {:.0} deg/s rms",
-            outcome.seed, outcome.mean_error_percent, outcome.ripple_rms_deg_s
+            "plant drawn by seed {}: mean rate {:+.2} deg/s{}, ripple {:.0} deg/s rms",
+            outcome.seed,
+            outcome.mean_deg_s,
+            outcome.off(3),
+            outcome.ripple_rms_deg_s
         ));
     panels(points).into_iter().fold(figure, Figure::panel).svg()
 }

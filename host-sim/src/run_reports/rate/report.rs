@@ -20,8 +20,11 @@ pub(crate) fn report(scene: &Scene, outcome: &RateOutcome, points: &[RatePoint],
     HtmlReport {
         title: format!("Rate of {} degrees a second in closed loop", outcome.rate_deg_s),
         verdict: format!(
-            "The mean rate is {:+.4} degrees a second for {:+.4} asked for: {:+.3} % off, over {:.2} s.",
-            outcome.mean_deg_s, outcome.asked_deg_s, outcome.mean_error_percent, outcome.measured_s
+            "The mean rate is {:+.4} degrees a second for {:+.4} asked for over {:.2} s{}.",
+            outcome.mean_deg_s,
+            outcome.asked_deg_s,
+            outcome.measured_s,
+            outcome.off(3)
         ),
         asked: asked(scene),
         figures: vec![panels.fold(Figure::new(""), Figure::panel)],

@@ -10,6 +10,23 @@ use super::{end_word, finding_word, sentence};
 use crate::report::document::{Block, Document, Table};
 use crate::report::files;
 
+/// What the columns of the tables mean.
+const ABOUT_RESONANCES: &str = "+- is one standard deviation, in every table. found: by the sweep; its deviation has \
+    the part of the fit and the pull by the rotor, and - stands where the sweep shows no resonance. half width: of the \
+    curve, at half power. chi2: chi-square per degree of freedom, 1 where the curve fits. true: of a motor that is \
+    simulated.";
+const ABOUT_FACTORS: &str = "factor: what this motor does per what the map foresees. rows: those that were measured. \
+    chi2: of these rows about the factor, per degree of freedom; - stands for fewer than two. shape: another, where \
+    they contradict the map's at 1 %.";
+const ABOUT_CRUISES: &str = "drive: mode and amplitude. map: rate in the map that it began with; its deviation is over \
+    motors. measured: mean of the windows of this drive, and - where there was none. this motor: what stands in its \
+    map, with how well it is known; - where the row is left out. coast: turn after the end of the drive per rate. \
+    windows: of 50 ms, that were measured; back: those of them in which the rotor turned backwards. rest: from the end \
+    of the drive until the rotor lies still.";
+const ABOUT_BURSTS: &str = "ticks: of 10 us, with the drive on. map, measured, this motor, rest and -: as of the \
+    cruises, of the turn of a burst in the direction of its mode. burst to burst: standard deviation of one burst \
+    about the turn of this motor. trains: rows of equal bursts, that were measured.";
+
 /// A commissioned motor for programs.
 #[derive(Debug, Serialize)]
 struct Commissioning {
@@ -134,8 +151,8 @@ fn cruise_table(motor: &CommissionedMotor) -> Table {
     let mut table = Table::new(&[
         "drive",
         "map rad/s",
-        "measured",
-        "this motor",
+        "measured rad/s",
+        "this motor rad/s",
         "coast ms",
         "windows",
         "back",
@@ -163,9 +180,9 @@ fn burst_table(motor: &CommissionedMotor) -> Table {
         "amplitude",
         "ticks",
         "map mdeg",
-        "measured",
-        "this motor",
-        "burst to burst",
+        "measured mdeg",
+        "this motor mdeg",
+        "burst to burst mdeg",
         "trains",
         "rest ms",
     ]);
@@ -209,17 +226,22 @@ pub(crate) fn verdict(motor: &CommissionedMotor) -> String {
 /// For the terminal.
 pub(crate) fn document(motor: &CommissionedMotor) -> Document {
     let heading = |text: &str| Block::Heading(text.to_owned());
+    let about = |text: &str| Block::Paragraph(text.to_owned());
     Document {
         blocks: vec![
             heading("Commissioned motor"),
             Block::Paragraph(verdict(motor)),
             heading("Resonances"),
+            about(ABOUT_RESONANCES),
             Block::Table(resonance_table(motor)),
             heading("Factors on the map that it began with"),
+            about(ABOUT_FACTORS),
             Block::Table(factor_table(motor)),
             heading("Cruises"),
+            about(ABOUT_CRUISES),
             Block::Table(cruise_table(motor)),
             heading("Bursts"),
+            about(ABOUT_BURSTS),
             Block::Table(burst_table(motor)),
         ],
     }

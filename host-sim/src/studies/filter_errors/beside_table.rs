@@ -66,7 +66,7 @@ impl FilterErrors {
         );
         let steady = of_phase(TimelinePhase::Steady);
         cells.push(steady.map_or_else(String::new, |row| format!("{:.2}", row.anees)));
-        cells.push(format!("{:.2} %", 100.0 * beyond_3_sigma));
+        cells.push(format!("{:.2} %", 100.0 * beyond_3_sigma.unwrap_or(f64::NAN)));
         cells.push(format!("{:.1} %", 100.0 * good));
         cells.push(good_beyond_5_sigma.to_string());
         cells.push(worst_of(*good_beyond_5_sigma > 0, || millidegrees(*good_beyond_5_sigma_worst_mdeg)));

@@ -155,7 +155,7 @@ impl FilterErrorsRow {
             degraded,
             unusable,
             false_valid,
-            beyond_3_sigma,
+            beyond_3_sigma: beyond_3_sigma.unwrap_or(f64::NAN),
             good_beyond_5_sigma,
             good_beyond_5_sigma_worst_mdeg,
             runs: runs.len() as u64,

@@ -181,7 +181,7 @@ fn outcome(
         intervals: 0,
         saturated_intervals: 0,
         reference_rms_mdeg: turning.reference_rms_mdeg(),
-        reference_beyond_3_sigma: stated_by_filter.beyond_3_sigma,
+        reference_beyond_3_sigma: stated_by_filter.beyond_3_sigma.unwrap_or(f64::NAN),
         reference_good_beyond_5_sigma: stated_by_filter.good_beyond_5_sigma,
         reference_good_beyond_5_sigma_worst_mdeg: stated_by_filter.good_beyond_5_sigma_worst_mdeg,
     }

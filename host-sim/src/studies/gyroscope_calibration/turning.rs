@@ -14,10 +14,13 @@ use simulation::runs::closed_loop::{self, ClosedRateLoop, RateMoment};
 use simulation::runs::filter::SMOOTHER_LAG_MS;
 use simulation::runs::simulate::steps_in;
 use simulation::runs::stated_errors::{StatedErrorCounts, StatedErrors};
-use simulation::scene::Scene;
+use simulation::scene::{Scene, SceneError};
 use simulation::world::body_turn::{BodyTurn, turn_across};
 use simulation::world::plant::Plant;
 use simulation::world::pose::RotorTilt;
+
+/// A rotor that is said to turn by less in a whole run stands still: its reference errs by some milli-degrees.
+const LEAST_TURN_DEG: f64 = 1.0;
 
 /// An instant at which the reference angle is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -190,6 +193,31 @@ impl TurningRun {
         own_axis.zip(across).map(|(own_axis_deg, across_deg)| BodyTurn { own_axis_deg, across_deg })
     }
 
+    /// Refuses a run that cannot tell a scale factor.
+    ///
+    /// # Errors
+    /// When there are no two angles of the reference, or the rotor has not turned between them.
+    pub fn check(&self) -> Result<(), SceneError> {
+        let refused = |conflict: String, hint: &str| SceneError::Conflict { conflict, hint: hint.to_owned() };
+        if self.anchors.len() < 2 {
+            return Err(refused(
+                "this run has no reference: the filter had no estimate that may be used".to_owned(),
+                "check that the camera delivers frames of its mark",
+            ));
+        }
+        let turns = self.anchors.windows(2).map(|pair| pair[1].angle.minus(pair[0].angle).degrees().abs());
+        let turned_deg: f64 = turns.sum();
+        if turned_deg < LEAST_TURN_DEG {
+            return Err(refused(
+                format!(
+                    "the rotor turned by {turned_deg:.4} degrees in all, by the reference: a scale factor needs turns"
+                ),
+                "check that the drive turns the rotor, with `host-sim rate`",
+            ));
+        }
+        Ok(())
+    }
+
     /// Sets the angle of an anchor from an estimate.
     fn set_anchor(&mut self, anchor: usize, estimate: &Estimate<f32>) {
         let Some(anchor) = self.anchors.get_mut(anchor) else { return };
@@ -214,5 +242,39 @@ impl TurningRun {
     /// Root mean square error of the reference in milli-degrees.
     pub fn reference_rms_mdeg(&self) -> f64 {
         root_mean_square(self.anchors.iter().map(|anchor| anchor.error_mdeg))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A run whose reference has these angles in degrees.
+    fn turned(angles_deg: &[f64]) -> Result<(), String> {
+        let anchor = |angle_deg: &f64| Anchor {
+            sample: 0,
+            angle: Angle::from_degrees(*angle_deg),
+            variance_deg2: 1e-6,
+            error_mdeg: 0.0,
+            health: Health::Good,
+        };
+        let run = TurningRun {
+            seed: 1,
+            truth: Vec::new(),
+            sensed: Vec::new(),
+            across_deg: Vec::new(),
+            anchors: angles_deg.iter().map(anchor).collect(),
+            time_s_per_s: 1.0,
+        };
+        run.check().map_err(|refused| refused.one_line())
+    }
+
+    #[test]
+    fn exact_a_run_without_reference_or_turn_is_refused() {
+        assert!(turned(&[1.0]).unwrap_err().contains("the filter had no estimate that may be used"));
+        assert!(
+            turned(&[0.0, 0.002, -0.001]).unwrap_err().contains("the rotor turned by 0.0050 degrees in all")
+        );
+        assert_eq!(turned(&[0.0, 10.0, 0.0]), Ok(()));
     }
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::StrategyTrials;
 use super::trial::{MoveKind, PositioningTrial};
-use simulation::math::statistics::{self, Spread};
+use simulation::math::statistics::{self, MeanSquare, Spread};
 
 /// Figures of a set of trials.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -76,19 +76,21 @@ impl TrialSummary {
         let off = || trials.iter().filter(|trial| trial.reached_but_off());
         let quarters = ratios(|kind| kind == MoveKind::QuarterTurn);
         let ratios = if quarters.is_empty() { ratios(|_| true) } else { quarters };
+        let mut estimates = MeanSquare::default();
+        trials.iter().filter_map(|trial| trial.rms_estimate_error_mdeg).for_each(|mdeg| estimates.add(mdeg));
         Self {
             trials: trials.len(),
             failures: trials.iter().filter(|trial| trial.failed()).count(),
             given_up: trials.iter().filter(|trial| trial.settle_s.is_none()).count(),
             reached_but_off: off().count(),
             reached_but_off_worst_mdeg: off().map(|trial| trial.final_error_mdeg.abs()).fold(0.0, f64::max),
-            beyond_3_sigma: trials.iter().map(|trial| trial.beyond_3_sigma).collect::<Spread>().mean,
+            beyond_3_sigma: trials.iter().filter_map(|trial| trial.beyond_3_sigma).collect::<Spread>().mean,
             good_beyond_5_sigma: trials.iter().filter(|trial| trial.good_beyond_5_sigma > 0).count(),
             good_beyond_5_sigma_worst_mdeg: trials
                 .iter()
                 .map(|trial| trial.good_beyond_5_sigma_worst_mdeg)
                 .fold(0.0, f64::max),
-            estimate_rms_mdeg: statistics::root_mean_square(all(|trial| trial.rms_estimate_error_mdeg)),
+            estimate_rms_mdeg: estimates.root_of_some().unwrap_or(f64::NAN),
             p50_mdeg: error(500),
             p95_mdeg: error(950),
             p999_mdeg: error(999),

@@ -54,10 +54,10 @@ pub struct PositioningTrial {
     pub ending: MoveEnding,
     /// Simulated time.
     pub duration_s: f64,
-    /// Root mean square error of the estimate over the whole run.
-    pub rms_estimate_error_mdeg: f64,
-    /// Share of the estimates whose angle is off by more than three of their standard deviations.
-    pub beyond_3_sigma: f64,
+    /// Root mean square error of the estimate over the whole run; empty without an estimate.
+    pub rms_estimate_error_mdeg: Option<f64>,
+    /// Share of the estimates whose angle is off by more than three of their standard deviations; empty likewise.
+    pub beyond_3_sigma: Option<f64>,
     /// Estimates of good health whose angle is off by more than five.
     pub good_beyond_5_sigma: u64,
     /// The largest error of these; 0 if there is none.

@@ -3,7 +3,7 @@
 use controller::{PositioningPhase, PositioningTuning, Target};
 use motor_model::DriveCommand;
 
-use super::{MoveOutcome, MoveSums, MoveTick, reach};
+use super::{FrameCounts, MoveOutcome, MoveSums, MoveTick, reach};
 use crate::runs::RunError;
 use crate::runs::closed_loop::{self, ClosedLoop, PositioningMoment};
 use crate::scene::{Scene, SceneError};
@@ -17,6 +17,7 @@ pub struct MoveRun {
     tuning: PositioningTuning,
     hold_nanos: u64,
     sums: MoveSums,
+    frames: FrameCounts,
 }
 
 impl MoveRun {
@@ -31,6 +32,7 @@ impl MoveRun {
             closed_loop: closed_loop::positioning(scene, target, tuning)?,
             hold_nanos: scene.nanos("position.hold_s"),
             sums: MoveSums::new(target),
+            frames: FrameCounts::default(),
             scene: scene.clone(),
             tuning,
         })
@@ -55,8 +57,14 @@ impl MoveRun {
     pub fn add(&mut self, moment: &PositioningMoment) -> Option<MoveOutcome> {
         let tick = MoveTick::of(moment);
         self.sums.add(&tick);
-        let outcome =
-            || MoveOutcome { marks: self.closed_loop.mark_counts(), ..self.sums.outcome(&tick, &self.scene) };
+        if let Some(innovation) = &moment.report.camera {
+            self.frames.add(innovation);
+        }
+        let outcome = || MoveOutcome {
+            frames: Some(self.frames),
+            marks: self.closed_loop.mark_counts(),
+            ..self.sums.outcome(&tick, &self.scene)
+        };
         match moment.report.phase {
             PositioningPhase::Stopped(why) => Some(outcome().stopped(why, &self.scene)),
             PositioningPhase::Holding if self.sums.held_nanos(moment.at) >= self.hold_nanos => {
@@ -77,7 +85,7 @@ impl MoveRun {
         check(scene, &self.tuning, target.angle().minus(rotor.angle).degrees())?;
         self.closed_loop.drive_by_hand(None);
         self.closed_loop.program_mut().begin(target, self.tuning, rotor.at);
-        self.sums = MoveSums::begun_at(target, rotor.at);
+        (self.sums, self.frames) = (MoveSums::begun_at(target, rotor.at), FrameCounts::default());
         self.scene = scene.clone();
         Ok(())
     }

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use controller::StopReason;
+use estimator::{Innovation, Verdict};
 use serde::{Deserialize, Serialize};
 
 use super::reason;
 use crate::runs::rotor_tilt::TiltFigures;
-use crate::runs::stated_errors::StatedErrors;
+use crate::runs::stated_errors::{StatedErrors, hundredths_or_dash};
 use crate::scene::Scene;
 use crate::world::instruments::camera::MarkCounts;
 
@@ -31,10 +32,10 @@ pub struct MoveOutcome {
     pub drive_switches: u32,
     /// Time with the drive on.
     pub drive_on_s: f64,
-    /// Root mean square of estimated less true angle over the whole run.
-    pub rms_estimate_error_mdeg: f64,
-    /// The same while the rotor moved.
-    pub rms_estimate_error_moving_mdeg: f64,
+    /// Root mean square of estimated less true angle over the whole run; `null` without an estimate.
+    pub rms_estimate_error_mdeg: Option<f64>,
+    /// The same while the rotor moved; `null` if it did not.
+    pub rms_estimate_error_moving_mdeg: Option<f64>,
     /// Errors of the estimate beside what the filter states, over the whole run.
     #[serde(flatten)]
     pub stated: StatedErrors,
@@ -57,13 +58,33 @@ pub struct MoveOutcome {
     pub waited_s: BTreeMap<&'static str, f64>,
     /// Share of the time, 0 to 1, per health of the estimate.
     pub health: BTreeMap<String, f64>,
-    /// Frames that were not made of all marks; left out of a camera that tracks a single mark.
+    /// What became of the camera's frames; left out where the loop does not tell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<FrameCounts>,
+    /// Pictures that were not made of all marks; left out of a camera that tracks a single mark.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub marks: Option<MarkCounts>,
     /// Whether the controller holds the target and the true angle is within the tolerance.
     pub ok: bool,
     /// The seed of the run.
     pub seed: u64,
+}
+
+/// What became of the camera's frames in the loop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct FrameCounts {
+    /// Frames that arrived.
+    pub arrived: u64,
+    /// Those that the filter did not use.
+    pub refused: u64,
+}
+
+impl FrameCounts {
+    /// Adds the innovation of a frame.
+    pub(super) fn add<T>(&mut self, innovation: &Innovation<T>) {
+        self.arrived += 1;
+        self.refused += u64::from(matches!(innovation.verdict, Verdict::Rejected(_)));
+    }
 }
 
 /// How a move ended.
@@ -135,8 +156,9 @@ impl MoveOutcome {
             (
                 "estimator error",
                 format!(
-                    "{:.2} mdeg rms, {:.2} while moving",
-                    self.rms_estimate_error_mdeg, self.rms_estimate_error_moving_mdeg
+                    "{} mdeg rms, {} while moving",
+                    hundredths_or_dash(self.rms_estimate_error_mdeg),
+                    hundredths_or_dash(self.rms_estimate_error_moving_mdeg)
                 ),
             ),
         ];
@@ -147,9 +169,13 @@ impl MoveOutcome {
         let health = health.collect::<Vec<_>>().join(", ");
         lines.extend((!health.is_empty()).then_some(("estimate", health)));
         lines.extend(self.tilt.as_ref().map(|tilt| ("rotor", tilt.to_string())));
+        lines.extend(self.frames.map(|FrameCounts { arrived, refused }| {
+            ("frames", format!("{arrived} arrived, {refused} of them refused by the filter"))
+        }));
         lines.extend(self.marks.map(|MarkCounts { frames, mark_lost, mark_left_out, refused }| {
             let counts = format!(
-                "of {frames} frames {mark_lost} missed one, {mark_left_out} left one out, {refused} were refused"
+                "of {frames} pictures taken {mark_lost} missed a mark, {mark_left_out} left one out, {refused} were \
+                 refused since their marks disagree"
             );
             ("marks", counts)
         }));
@@ -162,5 +188,38 @@ impl MoveOutcome {
 impl fmt::Display for MoveOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.lines().iter().try_for_each(|(what, said)| writeln!(f, "{what:<19}{said}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::runs::position;
+    use crate::scene::Scene;
+
+    fn moved(sets: &[&str]) -> super::MoveOutcome {
+        let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+        position::run(&Scene::of_sets(&sets).unwrap(), |_| ()).unwrap()
+    }
+
+    /// Without a frame there is no error of an estimate.
+    #[test]
+    fn exact_without_a_frame_no_error_is_told() {
+        let outcome = moved(&["position.to_deg=1", "camera.drop_probability=1"]);
+        assert_eq!(outcome.rms_estimate_error_mdeg, None);
+        assert_eq!((outcome.rms_estimate_error_moving_mdeg, outcome.stated.beyond_3_sigma), (None, None));
+        let text = outcome.to_string();
+        assert!(text.contains("estimator error    - mdeg rms, - while moving"), "{text}");
+        assert!(text.contains("frames             0 arrived, 0 of them refused"), "{text}");
+    }
+
+    /// A tenth of the frames is lost and a twentieth wrong: some arrive and are refused by the filter, while the marks
+    /// of every picture agree.
+    #[test]
+    fn exact_frames_that_arrive_and_pictures_that_are_taken_are_told_apart() {
+        let outcome =
+            moved(&["position.to_deg=1", "camera.drop_probability=0.1", "camera.outlier_probability=0.05"]);
+        let (frames, marks) = (outcome.frames.unwrap(), outcome.marks.unwrap());
+        assert!(frames.refused > 0 && frames.refused < frames.arrived && frames.arrived < marks.frames);
+        assert_eq!(marks.refused, 0);
     }
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::RateRange;
 use crate::runs::rotor_tilt::TiltFigures;
-use crate::runs::stated_errors::StatedErrors;
+use crate::runs::stated_errors::{StatedErrors, hundredths_or_dash};
 
 /// Why the drive was switched off for good, in words.
 pub fn reason(stop: RateStop) -> &'static str {
@@ -18,6 +18,9 @@ pub fn reason(stop: RateStop) -> &'static str {
         RateStop::DrivenTooLong => "it was on for as long as is allowed",
     }
 }
+
+/// Why no rate was held.
+pub(super) const NO_REFERENCE: &str = "there was no estimate that may be used: the drive stayed off";
 
 /// What became of a held rate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -32,14 +35,15 @@ pub struct RateOutcome {
     pub asked_deg_s: f64,
     /// True mean rate in that time.
     pub mean_deg_s: f64,
-    /// Error of the mean, in percent of what was asked for.
-    pub mean_error_percent: f64,
-    /// Root mean square of the true angle less the reference.
-    pub following_rms_deg: f64,
+    /// Mean rate per the one asked for, less 1, in percent: negative of a rotor that is too slow, either way; `null` of
+    /// a rate of 0.
+    pub mean_error_percent: Option<f64>,
+    /// Root mean square of the true angle less the reference; `null` without a reference.
+    pub following_rms_deg: Option<f64>,
     /// Root mean square of the true rate less the one asked for.
     pub ripple_rms_deg_s: f64,
-    /// Root mean square of the estimated less the true angle.
-    pub estimate_rms_mdeg: f64,
+    /// Root mean square of the estimated less the true angle; `null` without an estimate.
+    pub estimate_rms_mdeg: Option<f64>,
     /// The same beside what the filter states, after settling.
     #[serde(flatten)]
     pub stated: StatedErrors,
@@ -51,7 +55,7 @@ pub struct RateOutcome {
     /// Why the drive was switched off for good; left out if it was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped: Option<String>,
-    /// The same in words.
+    /// The same in words, or why no rate was held; left out of a rate that was held to the end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<&'static str>,
     /// When that was, in s.
@@ -61,7 +65,7 @@ pub struct RateOutcome {
     pub filter: &'static str,
     /// Share of the time at full drive: near 1 the motor cannot do more.
     pub saturated: f64,
-    /// The range of this motor at full drive.
+    /// The range of this motor.
     #[serde(rename = "reach")]
     pub range: RateRange,
     /// Seed of the run.
@@ -75,27 +79,37 @@ impl RateOutcome {
         self.range.holds(self.rate_deg_s) && (!both_ways || self.range.holds(-self.rate_deg_s))
     }
 
+    /// How far the mean rate is off, with a colon before it and `decimals` behind the point; empty of a rate of 0.
+    pub fn off(&self, decimals: usize) -> String {
+        self.mean_error_percent.map_or_else(String::new, |percent| format!(": {percent:+.decimals$} % off"))
+    }
+
     /// The outcome in words: what is said, and of what.
     pub fn lines(&self) -> Vec<(&'static str, String)> {
         let mean = format!(
-            "{:+.4} deg/s for {:+.4} over {:.2} s: {:+.4} % off",
-            self.mean_deg_s, self.asked_deg_s, self.measured_s, self.mean_error_percent
+            "{:+.4} deg/s for {:+.4} over {:.2} s{}",
+            self.mean_deg_s,
+            self.asked_deg_s,
+            self.measured_s,
+            self.off(4)
         );
+        let following = self.following_rms_deg.map_or_else(|| "-".to_owned(), |deg| format!("{deg:.3}"));
         let mut lines = vec![
             ("rate", format!("{:+.2} deg/s, {}, seed {}", self.rate_deg_s, self.profile, self.seed)),
             ("true mean rate", mean),
-            ("following", format!("{:.3} deg rms off the reference angle", self.following_rms_deg)),
+            ("following", format!("{following} deg rms off the reference angle")),
         ];
         if self.reference_losses > 0 {
             let losses = self.reference_losses;
             lines.push(("reference", format!("begun anew {losses} times, since the estimate was lost")));
         }
-        if let (Some(why), Some(at_s)) = (self.reason, self.stopped_s) {
-            lines.push(("drive", format!("off for good after {at_s:.3} s: {why}")));
-        }
+        lines.extend(self.reason.map(|why| match self.stopped_s {
+            Some(at_s) => ("drive", format!("off for good after {at_s:.3} s: {why}")),
+            None => ("reason", why.to_owned()),
+        }));
         lines.push(("ripple", format!("{:.1} deg/s rms", self.ripple_rms_deg_s)));
         lines.push(("filter", self.filter.to_owned()));
-        lines.push(("estimator error", format!("{:.2} mdeg rms", self.estimate_rms_mdeg)));
+        lines.push(("estimator error", format!("{} mdeg rms", hundredths_or_dash(self.estimate_rms_mdeg))));
         lines.extend(self.tilt.as_ref().map(|tilt| ("rotor", tilt.to_string())));
         lines.push(("at full drive", format!("{:.1} % of the time", 100.0 * self.saturated)));
         let RateRange { clockwise_deg_s, counter_clockwise_deg_s } = self.range;

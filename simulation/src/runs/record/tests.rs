@@ -115,3 +115,11 @@ fn law_impacts_push_up_and_their_kicks_are_the_change_of_the_rate() {
     assert!(ended.unwrap().is_break() && impacts > 10, "{impacts}");
     assert!((kicks_rad_s / rate_rad_s - 1.0).abs() < 0.05, "{kicks_rad_s} {rate_rad_s}");
 }
+
+/// A rate that is held no more says why in the record.
+#[test]
+fn exact_a_rate_that_has_stopped_says_so() {
+    let report = |stopped| Task::Rate { wanted_rad_s: 1.0, reference: None, stopped };
+    assert_eq!(report(None).word(), "Rate");
+    assert_eq!(report(Some(RateStop::WrongWay)).word(), "Stopped(WrongWay)");
+}

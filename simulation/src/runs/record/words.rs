@@ -9,10 +9,11 @@ use motor_model::{DriveCommand, DriveMode};
 use super::Task;
 
 impl Task {
-    /// What the controller does, in a word: the phase of a move, `Rate` or `None`.
+    /// What the controller does, in a word: the phase of a move, `Rate`, `Stopped` with the reason, or `None`.
     pub fn word(&self) -> Cow<'static, str> {
         Cow::Borrowed(match self {
             Self::None => "None",
+            Self::Rate { stopped: Some(why), .. } => return format!("Stopped({why:?})").into(),
             Self::Rate { .. } => "Rate",
             Self::Told(phase) => phase,
             Self::Position(PositioningPhase::Waiting(_)) => "Waiting",

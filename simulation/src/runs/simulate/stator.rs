@@ -6,13 +6,14 @@
 
 use std::fmt;
 
-use motor_model::{DriveMode, DriveTuning, Mode, Stator, StatorState, math};
+use motor_model::{DriveMode, DriveTuning, Mode, Parameter, Stator, StatorState, math};
 use serde::Serialize;
 
 use super::OpenLoopRun;
 use super::report::drive_name;
 use crate::math::statistics::{Accumulator, Spread};
 use crate::runs::RunError;
+use crate::scene::SceneError;
 
 /// The amplitude of a mode or of a pair of teeth: over the samples after settling, and in closed form.
 #[derive(Clone, Debug, Serialize)]
@@ -39,9 +40,10 @@ pub struct StatorReport {
 /// Runs the stator of `run` from rest, in `f64`.
 ///
 /// # Errors
-/// When the run's settings do not go together.
+/// When the run's settings do not go together, or the driven mode has no damping: it has no steady amplitude then.
 pub fn simulate_stator(run: &OpenLoopRun) -> Result<StatorReport, RunError> {
     let counts = run.step_counts()?;
+    refuse_undamped(run)?;
     let stator = Stator::<f64>::try_new(&run.params, DriveTuning::Resonant, run.step_s)?;
     let modes = Mode::all(&run.params)?;
     // Without a drive nothing moves, and either mode will do.
@@ -92,6 +94,21 @@ pub fn simulate_stator(run: &OpenLoopRun) -> Result<StatorReport, RunError> {
     })
 }
 
+/// Refuses a drive of a mode without damping.
+fn refuse_undamped(run: &OpenLoopRun) -> Result<(), RunError> {
+    let damping = match run.drive.mode() {
+        Some(DriveMode::B) => Parameter::ModeBDampingRatio,
+        Some(DriveMode::C) => Parameter::ModeCDampingRatio,
+        None => return Ok(()),
+    };
+    if run.params.get(damping) > 0.0 {
+        return Ok(());
+    }
+    let conflict = format!("{} = 0: the driven stator has no steady amplitude", damping.spec().key);
+    Err(SceneError::Conflict { conflict, hint: "a damping ratio above 0, or simulate.drive=off".to_owned() }
+        .into())
+}
+
 impl StatorReport {
     /// The same of a run that took `wall_s` on this machine.
     #[must_use]
@@ -111,5 +128,24 @@ impl fmt::Display for StatorReport {
         }
         let nanoseconds = 1e9 * wall_s * step_s / duration_s;
         writeln!(f, "\n{steps} steps in {wall_s:.3} s: {nanoseconds:.1} ns a step")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    #[test]
+    fn exact_a_drive_of_a_mode_without_damping_is_refused() {
+        let run = |drive: &str| {
+            let drive = format!("simulate.drive={drive}");
+            let sets =
+                [drive, "motor.mode_b.damping_ratio=0".to_owned(), "simulate.duration_s=0.6".to_owned()];
+            simulate_stator(&OpenLoopRun::from_scene(&Scene::of_sets(&sets).unwrap()).unwrap())
+        };
+        let refused = run("b").unwrap_err().to_string();
+        assert!(refused.contains("motor.mode_b.damping_ratio = 0"), "{refused}");
+        assert!(run("c").is_ok() && run("off").is_ok());
     }
 }

@@ -69,13 +69,13 @@ const ROUNDING_M: f64 = 1e-12;
 /// How many pictures were not made of all marks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct MarkCounts {
-    /// Pictures.
+    /// Pictures taken, those included that do not arrive.
     pub frames: u64,
     /// Those of which a mark was not found.
     pub mark_lost: u64,
     /// Those in which marks were left out by their residual.
     pub mark_left_out: u64,
-    /// Those refused, because their marks did not agree.
+    /// Those that the camera refused, because their marks did not agree.
     pub refused: u64,
 }
 
