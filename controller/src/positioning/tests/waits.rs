@@ -269,8 +269,8 @@ fn law_a_silent_camera_at_rest_is_waited_for() {
     assert_eq!(scenario.phase(), PositioningPhase::Waiting(Health::Waiting));
 }
 
-/// A target that was reached is no longer due at the deadline: an estimate that is lost while it is held begins the move
-/// anew.
+/// A target that was reached is not due at the deadline any more: a loss of the estimate while it is held begins the
+/// move anew.
 #[test]
 fn law_a_hold_outlives_the_deadline_and_a_short_loss() {
     let mut scenario =

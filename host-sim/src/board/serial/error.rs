@@ -228,7 +228,8 @@ impl SerialError {
                 format!("the firmware may be built without it, or {key} is out of its bounds")
             }
             Self::Refused { fault: BoardFault::KeepsNothing, .. } => {
-                "this firmware is built without the feature keep, as every one of an STM32H743: firmware/BRINGUP.md".to_owned()
+                "this firmware is built without the feature keep: firmware/BRINGUP.md, the kept description"
+                    .to_owned()
             }
             Self::Board(error) => return error.hint(),
             Self::Output(error) => return error.hint(),
