@@ -71,8 +71,8 @@ pub enum HostMessage {
     Identify,
     /// Keep the description in force over a loss of power: it is in force again after every start and in every session
     /// that begins, until a host describes another. Refused while armed, with a map that is incomplete or for another
-    /// motor, and by a board that has no place for it. The processor may stand still for a tenth of a second, so the host sends
-    /// nothing before the answer.
+    /// motor, and by a board that has no place for it. The processor may stand still for a tenth of a second, so the
+    /// host sends nothing before the answer.
     Keep,
     /// Forget the description in force and the kept one: the default one is in force, and no move is configured.
     /// Refused while armed, and by a board that has no place for one; the host sends nothing before the answer.

@@ -48,9 +48,9 @@ impl Sequence {
 
 /// The numbers that a board expects of frames, some of which are short ([`crate::camera_frame`]).
 ///
-/// The number of a short frame is completed from four bits, and one in 65,536 of the short frames that are badly damaged
-/// passes. It may carry the count on by eleven, from where the next short ones are completed to 16 too many. So a
-/// whole frame, which has a CRC-32, is judged by the whole frames before it alone, and sets the count right.
+/// The number of a short frame is completed from four bits, and one in 65,536 of the short frames that are badly
+/// damaged passes. It may carry the count on by eleven, from where the next short ones are completed to 16 too many. So
+/// a whole frame, which has a CRC-32, is judged by the whole frames before it alone, and sets the count right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BoardSequence {
     of_all: Sequence,

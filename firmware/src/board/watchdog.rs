@@ -18,8 +18,8 @@ const STORING_PERIODS: u16 = 4095;
 /// The window that is always open.
 const OPEN: u16 = 4095;
 
-/// Interrupts of the timer from one feed to the next: 1 ms, and a quarter less where the loop makes up for all the ticks
-/// that can wait. Ticks that were lost count too, so that work of some ms in the main loop is soon followed by a feed.
+/// Interrupts of the timer from one feed to the next: 1 ms, and a quarter less where the loop makes up for all the
+/// ticks that can wait. Ticks that were lost count too: a feed soon follows work of some ms in the main loop.
 const TICKS_PER_FEED: u64 = 100;
 /// From when on it may be fed: 0.5 ms after the last time, and less by the 6 % that its clock may be fast. Ticks that
 /// come twice as fast as they should restart the board.

@@ -54,7 +54,7 @@ pub(crate) fn page_value(scenes: &[Beside<CommissioningTrials>]) -> PlacedValue 
     for Beside { name, found } in scenes {
         let [prior, own] = found.both();
         for (map, summary, refused) in
-            [("of the design", prior, "-".to_owned()), ("of the motor", own, found.refused().to_string())]
+            [("design", prior, "-".to_owned()), ("motor", own, found.refused().to_string())]
         {
             let TrialSummary { trials, failures, p50_mdeg, p95_mdeg, max_mdeg, .. } = summary;
             let mut cells = vec![name.clone(), map.to_owned(), found.trials.len().to_string(), refused];
