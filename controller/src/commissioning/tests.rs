@@ -286,7 +286,7 @@ fn law_drives_that_lose_the_estimate_count_in_a_row() {
             ticks: 9,
             count: 1
         }));
-        while experimenter.phase() == ExperimentPhase::Ready {
+        while experimenter.phase() != ExperimentPhase::Bursting {
             tick(&mut experimenter, true);
         }
         if number % 5 != 4 {

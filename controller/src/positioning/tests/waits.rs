@@ -1,6 +1,7 @@
 //! A rotor that never rests, turns on, or cannot be measured: every wait has a reason and an end.
 
 use super::*;
+use crate::target::Travel;
 
 /// The camera shows a rotor that lies still, and the filter never says that it rests: the move goes on within half a
 /// second, and ends.
@@ -288,4 +289,38 @@ fn law_a_hold_outlives_the_deadline_and_a_short_loss() {
         scenario.rest();
     }
     assert_eq!(scenario.phase(), PositioningPhase::Holding);
+}
+
+/// A burst that is cut, at the deadline or at the end of the travel, turns by less than was forecast: of the angle
+/// before it nothing is known after it. A whole one makes the angle better known than by the frames alone.
+#[test]
+fn law_a_burst_that_is_cut_leaves_no_forecast() {
+    let known = |cut: &dyn Fn(&mut Scenario), reason: Option<StopReason>| {
+        let travel = Travel::try_new(-90.0, 90.0).unwrap();
+        let limits = Limits { travel, deadline_nanos: 1_000_000_000, ..Limits::default() };
+        let mut scenario = Scenario::limited(-4.0, 0.5, limits);
+        scenario.rest();
+        cut(&mut scenario);
+        let stopped = match scenario.phase() {
+            PositioningPhase::Stopped(reason) => Some(reason),
+            _ => None,
+        };
+        assert_eq!(stopped, reason);
+        scenario.mdeg = -3.9;
+        let seen = scenario.estimate(true, 0.3);
+        scenario.positioning.resting(&seen).angle_rad2 < 0.99 * seen.angle_rad2
+    };
+    assert!(known(&|scenario| drop(scenario.burst(1.0)), None));
+    let at_deadline = |scenario: &mut Scenario| {
+        scenario.moving();
+        scenario.positioning.deadline_at = scenario.now;
+        scenario.moving();
+    };
+    assert!(!known(&at_deadline, Some(StopReason::TimedOut)));
+    let outside = |scenario: &mut Scenario| {
+        scenario.moving();
+        scenario.mdeg = -91e3;
+        scenario.moving();
+    };
+    assert!(!known(&outside, Some(StopReason::OutOfTravel)));
 }
