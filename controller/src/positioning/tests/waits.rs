@@ -310,7 +310,10 @@ fn law_a_burst_that_is_cut_leaves_no_forecast() {
         let seen = scenario.estimate(true, 0.3);
         scenario.positioning.resting(&seen).angle_rad2 < 0.99 * seen.angle_rad2
     };
-    assert!(known(&|scenario| drop(scenario.burst(1.0)), None));
+    let whole = |scenario: &mut Scenario| {
+        scenario.burst(1.0);
+    };
+    assert!(known(&whole, None));
     let at_deadline = |scenario: &mut Scenario| {
         scenario.moving();
         scenario.positioning.deadline_at = scenario.now;
