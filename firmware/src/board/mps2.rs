@@ -254,10 +254,10 @@ impl Watchdog {
     /// Restarts the count. To be called once a tick, with the number of the timer's interrupt that made it.
     #[inline]
     pub fn feed(&mut self, _interrupt: u64) {
-        self.restart();
+        Self::restart();
     }
 
-    fn restart(&mut self) {
+    fn restart() {
         write(WATCHDOG, Self::CLEAR, 1);
         write(WATCHDOG, Self::LOAD, Self::CLOCKS);
     }
@@ -266,7 +266,7 @@ impl Watchdog {
     pub fn while_storing<T>(&mut self, work: impl FnOnce() -> T) -> T {
         write(WATCHDOG, Self::LOAD, Self::STORING_CLOCKS);
         let done = work();
-        self.restart();
+        Self::restart();
         done
     }
 }
