@@ -12,7 +12,7 @@ use motor_model::{ModalState, Phase, Real, Time};
 
 use super::checked_motor::PERIOD_NANOS;
 use super::sensitivity::InputSums;
-use super::states::{AT_REST, Errors, HEIGHT, INSTANT, MODES, prior_variances};
+use super::states::{AT_REST, Errors, HEIGHT, INSTANT, MODES};
 use super::stator::StatorFilter;
 
 /// Standard deviations of a driven motion: each mode's displacement in m and velocity in m/s. Some 30 um and 1 m/s are
@@ -27,7 +27,7 @@ impl<T: Real> StatorFilter<T> {
     pub(super) fn restart(&mut self) {
         (self.state.modes, self.height_m, self.jump_m_s) = (ModalState::default(), T::zero(), T::zero());
         self.parameters = Errors::zeros();
-        self.covariance.set_diagonal(&prior_variances());
+        self.covariance.set_diagonal(&self.prior_variances);
         (self.pending_periods, self.input_sums) = (0, InputSums::default());
         self.reset_sensitivities();
         self.forget_motion();

@@ -77,6 +77,8 @@ pub(super) struct StatorFilter<T: Real> {
     pub(super) pending_periods: u8,
     pub(super) input_sums: InputSums<T>,
     pub(super) covariance: UdCovariance<T, STATES>,
+    /// Kept, since a microcontroller computes them in double precision by software.
+    pub(super) prior_variances: Errors<T>,
     /// Estimate of the last impact's jump.
     pub(super) jump_m_s: T,
     /// `(1 + r) / (1 + e)`, r the mass ratio at a tooth.
@@ -99,6 +101,7 @@ impl<T: Real> StatorFilter<T> {
             let part = T::from_f64(PROCESS_NOISE_PART);
             part * part * T::from_f64(4.0 * mode.damping_ratio * mode.natural_rad_s * speed * speed)
         };
+        let prior_variances = prior_variances();
         let steps = |n: u8| modes.each_ref().map(|mode| transition(mode, PERIOD_S * f64::from(n)));
         Self {
             model: motor.stator.clone(),
@@ -115,7 +118,8 @@ impl<T: Real> StatorFilter<T> {
             unpredicted_s: T::zero(),
             pending_periods: 0,
             input_sums: InputSums::default(),
-            covariance: UdCovariance::from_diagonal(&prior_variances()),
+            covariance: UdCovariance::from_diagonal(&prior_variances),
+            prior_variances,
             jump_m_s: T::zero(),
             approach_per_jump: tuning.without_stator.approach_per_jump,
             recoil_share: T::from_f64(r / (1.0 + r)),
