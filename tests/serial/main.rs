@@ -114,8 +114,12 @@ fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
     assert!(number("/line/frames_sent") > 100.0 && number("/counters/lost_or_damaged") == 0.0, "{outcome}");
     // Without a terminal the live view is plain lines. The board keeps the map as the move has left it.
     let lines: Vec<&str> = stderr.lines().collect();
-    let [progress @ .., kept] = &lines[..] else { panic!("{stderr}") };
+    let [progress @ .., learnt, kept] = &lines[..] else { panic!("{stderr}") };
     assert!(!progress.is_empty() && progress.iter().all(|line| line.starts_with("time ")), "{stderr}");
+    assert!(
+        learnt.starts_with("note: ") && learnt.ends_with("has what the move learnt of this motor"),
+        "{learnt}"
+    );
     assert_eq!(*kept, "note: the board keeps the map over a loss of power");
     let text = explained(log);
     assert!(text.contains("at the target") && text.contains("the run ends as it should"), "{text}");

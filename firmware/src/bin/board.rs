@@ -79,8 +79,10 @@ mod board {
         let (mut core, parts) = started.expect("a clock, the supply or the converter does not start");
         let memory = singleton!(: TaskMemory = TaskMemory::new()).expect("the only one");
         let Parts { width, enable, pulses, mut line, vibrometer, mut watchdog, reset_cause, .. } = parts;
-        let (timer_task, mut loop_task) =
-            memory.tasks(width, enable, vibrometer).expect("the nominal motor is within bounds");
+        // Not `expect`, which would print the error, with 30 kB of code for its numbers.
+        let Ok((timer_task, mut loop_task)) = memory.tasks(width, enable, vibrometer) else {
+            panic!("the nominal motor is out of its bounds")
+        };
         let crash = crash::take();
         loop_task.record_reset(crash.as_ref().map_or(reset_cause, |crash| crash.kind.reset_cause()));
         #[cfg(feature = "keep")]
