@@ -183,7 +183,9 @@ impl MoveForecast {
         };
         let way = way(map, tuning, distance_rad, enough_rad, look_s)?;
         let measuring_s = frames * period_s;
-        let looks_s = way.look_s + CORRECTIONS * rest_s;
+        // A rotor that is there already is only measured.
+        let corrections = if way.drives > 0 { CORRECTIONS } else { 0.0 };
+        let looks_s = way.look_s + corrections * rest_s;
         let spread_s2 = [measuring_spread * measuring_s, LOOK_SPREAD * looks_s, rest_s, way.far_sd_s]
             .map(|part_s| part_s * part_s)
             .into_iter()
@@ -230,7 +232,8 @@ fn way(
     let mut left_rad = distance_rad.abs();
     let cruise = map
         .cruise_within(mode, amplitude_max, left_rad)
-        .filter(|cruise| left_rad >= cruise.room_rad() && frames_follow(cruise, tuning.frame_wait_s()));
+        .filter(|cruise| left_rad >= map.cruise_from_rad(mode).max(cruise.room_rad()))
+        .filter(|cruise| frames_follow(cruise, tuning.frame_wait_s()));
     if let Some(cruise) = cruise {
         way.drive_s += left_rad / cruise.rate_rad_s.abs();
         way.drives += 1;

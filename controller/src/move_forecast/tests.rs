@@ -183,3 +183,36 @@ fn exact_the_time_of_a_cruise_spreads_by_a_fifth() {
     let expected_s2 = 0.2 * 0.2 * 2.0 * cruise_s * cruise_s;
     assert!(((far - 2.0 * middle + near) / expected_s2 - 1.0).abs() < 1e-3, "{ways:?}");
 }
+
+/// Nearer than a cruise is driven from, bursts lead to the target: the way is that of a camera too slow for a cruise.
+#[test]
+fn dual_a_near_target_is_reached_by_bursts() {
+    let map = ResponseMap::table_1();
+    let of = |tuning: &PositioningTuning, distance_rad| {
+        let way = way(map, tuning, distance_rad, 1e-5, |_| 1.0).unwrap();
+        (way.drives, way.drive_s.to_bits(), way.look_s.to_bits())
+    };
+    for (mode, along) in [(DriveMode::B, 1.0), (DriveMode::C, -1.0)] {
+        let from_rad = map.cruise_from_rad(mode);
+        for part in [1e-3, 0.1, 0.99] {
+            let distance_rad = along * part * from_rad;
+            assert_eq!(
+                of(&PositioningTuning::default(), distance_rad),
+                of(&late_frames(), distance_rad),
+                "{part}"
+            );
+        }
+        let far_rad = 30.0 * along * from_rad;
+        assert_ne!(of(&PositioningTuning::default(), far_rad), of(&late_frames(), far_rad));
+    }
+}
+
+/// A rotor that is at the target already comes to rest and is measured, and nothing else.
+#[test]
+fn exact_a_rotor_at_the_target_is_measured() {
+    let there = forecast(10_000, 0.0, 1.0).unwrap();
+    // Rest is concluded 20 ms after a drive, by six frames and the wait for one: two periods.
+    let rest_s = 0.02 + 8e-4;
+    assert_eq!(there.drives, 0);
+    assert!((there.time_s - there.measuring_s - rest_s).abs() < 2e-4, "{there:?}");
+}
