@@ -278,7 +278,8 @@ impl MapCorrection {
         }
         let before = own.variance;
         let gain = own.update(mean_rad, innovation_rad, noise_rad2);
-        if let Some(related) = related {
+        // A factor that is known for certain teaches nothing of the other.
+        if let Some(related) = related.filter(|_| before > 0.0) {
             let other = self.families.get_mut(related);
             let across = self.step_walk / before;
             other.value = Self::limited(other.value + across * gain * innovation_rad);
@@ -359,6 +360,20 @@ mod tests {
             correction.learn(Family::Step, &burst, 0.5 * burst.turn_rad, 0.0);
         }
         assert!((correction.scale(Family::Step) - 0.5).abs() < 0.05, "{correction:?}");
+    }
+
+    /// Factors that are known for certain stay as they are, and finite.
+    #[test]
+    fn exact_a_certain_factor_teaches_nothing() {
+        let certain = LearntFactor { value: 1.0, variance: 0.0 };
+        let factors = LearntFactors { bursts: [certain; 5], step_walk_covariance: 0.0, rates: [certain; 2] };
+        let mut correction = MapCorrection::try_from(factors).unwrap();
+        for family in [Family::Step, Family::Walk] {
+            correction.learn(family, &middle(family), 1.1 * middle(family).turn_rad, 1e-20);
+        }
+        for family in Family::ALL {
+            assert!((correction.scale(family) - 1.0).abs() < 1e-3, "{family:?} {correction:?}");
+        }
     }
 
     /// Whatever turn is measured, factors stay in range and variances positive.
