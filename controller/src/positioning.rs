@@ -42,7 +42,7 @@ use crate::ring_down::RingDown;
 use crate::settling_watch::{CoastBound, SettlingWatch};
 use crate::situation::Situation;
 use crate::target::Target;
-use failures::Probe;
+use failures::{Cruised, Driven, Probe};
 pub use phase::{PositioningPhase, PositioningTuning, StopReason, Wait};
 
 /// Part of the standard deviation of the coast by which a cruise is cut early in mode C and late in mode B, so that the
@@ -83,6 +83,10 @@ pub struct Positioning {
     /// Bursts since the rotor was last seen to be turned.
     untested: u8,
     probe: Option<Probe>,
+    /// The last cruise, until it is tested.
+    cruised: Option<Cruised>,
+    /// Whether the target has changed during the present cruise.
+    retargeted: bool,
     /// The stator, and the rotor, since the drive went off.
     ring_down: RingDown,
     /// Ticks in which a rotor at rest is measured before the next drive may be planned.
@@ -114,6 +118,8 @@ impl Positioning {
             untested: 0,
             wrong_ways: 0,
             probe: None,
+            cruised: None,
+            retargeted: false,
             ring_down: RingDown::new(map.design(), now),
             ticks_to_plan: 0,
             watch: SettlingWatch::new(None),
@@ -125,8 +131,8 @@ impl Positioning {
         positioning
     }
 
-    /// Another target from `now` on, in any phase: a cruise goes on if it still leads to the target, a burst ends
-    /// first. What was learnt is kept.
+    /// Another target from `now` on, in any phase: a cruise goes on if it still leads to the target, as strong as that
+    /// asks for; a burst ends first. What was learnt is kept.
     // One copy of it, for the smallest board's flash.
     #[inline(never)]
     pub fn retarget(&mut self, target: Target, now: Time) {
@@ -134,12 +140,13 @@ impl Positioning {
         self.started_at = now;
         self.deadline_at = now.plus_nanos(self.tuning.limits.deadline_nanos);
         (self.drives, self.stalls, self.wrong_ways, self.untested) = (0, 0, 0, 0);
-        self.probe = None;
+        (self.probe, self.cruised) = (None, None);
         self.brakes = 0;
         self.ticks_to_plan = 0;
         self.bursts_only = false;
         self.blind_since = None;
         self.nearest_rad = f32::INFINITY;
+        self.retargeted = matches!(self.phase, PositioningPhase::Cruise { .. });
         self.phase = if !self.tuning.limits.travel.contains(target.angle()) {
             PositioningPhase::Stopped(StopReason::OutOfTravel)
         } else if matches!(self.phase, PositioningPhase::Stopped(_) | PositioningPhase::Holding) {
@@ -315,11 +322,13 @@ impl Positioning {
                 Some(ProgressWindow::from(now, estimate))
             }
             WindowOutcome::Stuck => {
+                self.cruised = None;
                 self.learn_rate(&cruise, 0.0);
                 self.watch = SettlingWatch::new(None);
                 return Some(self.stall(cruise.mode));
             }
             WindowOutcome::WrongWay(_) => {
+                self.cruised = None;
                 self.watch = SettlingWatch::new(None);
                 return Some(self.wrong_way());
             }
@@ -342,17 +351,17 @@ impl Positioning {
                 // The next cruise would end the same way, perhaps before it has turned the rotor.
                 self.bursts_only = true;
             }
-            if arrived {
-                (self.stalls, self.wrong_ways) = (0, 0);
+            if !arrived {
+                self.cruised = None;
             }
             return Some(self.coast(direction, coast_rad, math::sqrt_f32(spread_rad2)));
         }
-        let weaker = self.weaker(map, &cruise, remaining_rad);
-        if weaker.is_none() && next_window.is_none() {
-            return None;
+        if let Some(cruise) = self.another(map, &cruise, remaining_rad) {
+            // A window across both would credit this cruise with the rate of that before it.
+            let progress = ProgressWindow::from(now, estimate);
+            return Some(PositioningPhase::Cruise { cruise, since, progress });
         }
-        let (cruise, progress) = (weaker.unwrap_or(cruise), next_window.unwrap_or(progress));
-        Some(PositioningPhase::Cruise { cruise, since, progress })
+        next_window.map(|progress| PositioningPhase::Cruise { cruise, since, progress })
     }
 
     fn learn_rate(&mut self, cruise: &Cruise, rate_rad_s: f32) {
@@ -361,16 +370,18 @@ impl Positioning {
         }
     }
 
-    /// A weaker cruise for what remains, where the coast of `cruise` is too uncertain.
-    fn weaker(&self, map: &ResponseMap, cruise: &Cruise, remaining_rad: f32) -> Option<Cruise> {
+    /// Another cruise for what remains: a weaker one where the coast of `cruise` is too uncertain, and one as strong as
+    /// a changed target asks for.
+    fn another(&mut self, map: &ResponseMap, cruise: &Cruise, remaining_rad: f32) -> Option<Cruise> {
         // A motor of half the rate coasts half as far: it is driven as if twice as much remained.
         let remaining_rad = remaining_rad / self.correction.rate_scale(cruise.mode);
-        if remaining_rad >= cruise.room_rad() {
+        let retargeted = core::mem::take(&mut self.retargeted);
+        if remaining_rad >= cruise.room_rad() && !retargeted {
             return None;
         }
-        let amplitude_max = self.tuning.limits.amplitude_max;
-        map.cruise_weaker_than(cruise.amplitude, cruise.mode, amplitude_max, remaining_rad)
-            .filter(|weaker| frames_follow(weaker, self.tuning.frame_wait_s()))
+        let below = if retargeted { f32::INFINITY } else { cruise.amplitude };
+        map.cruise_weaker_than(below, cruise.mode, self.tuning.limits.amplitude_max, remaining_rad)
+            .filter(|another| frames_follow(another, self.tuning.frame_wait_s()) && another != cruise)
     }
 
     /// Drive on for the burst's ticks.
@@ -416,6 +427,7 @@ impl Positioning {
         match plan {
             DrivePlan::Cruise(cruise) => {
                 self.rest.forget();
+                self.cruised = Some(Cruised { cruise, turn: Driven::from(estimate, remaining_rad.abs()) });
                 PositioningPhase::Cruise { cruise, since: now, progress: ProgressWindow::from(now, estimate) }
             }
             DrivePlan::Burst(family, burst, forecast) => {

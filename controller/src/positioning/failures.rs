@@ -13,6 +13,9 @@
 //! d >= 0.4 f, or d > 4 s       right way
 //! else                         no turn
 //! ```
+//!
+//! So is a cruise that seemed to arrive: a filter that predicts the rotor's motion takes a stuck rotor for one that
+//! turns, until it is measured at rest.
 
 use estimator::Estimate;
 use motor_model::{DriveMode, Time};
@@ -20,17 +23,44 @@ use motor_model::{DriveMode, Time};
 use super::{Positioning, PositioningPhase, StopReason, Wait};
 use crate::drive_plan::DrivePlan;
 use crate::map_correction::Forecast;
-use crate::response_map::{Family, ResponseMap, direction};
+use crate::response_map::{Cruise, Family, ResponseMap, direction};
 use crate::rest_filter::{BurstComparison, Resting};
 use crate::situation::Situation;
+
+/// A drive from rest to rest: where it began, and its forecast turn in rad, in the direction of its mode.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Driven {
+    from: Resting,
+    forecast_rad: f32,
+}
+
+impl Driven {
+    pub(super) fn from(estimate: &Estimate<f32>, forecast_rad: f32) -> Self {
+        let from = Resting { angle: estimate.angle, angle_rad2: estimate.angle_rad2 };
+        Self { from, forecast_rad }
+    }
+
+    /// The turn in the direction of `mode` by `estimate`, in rad, and its variance in rad^2.
+    fn turned(&self, mode: DriveMode, estimate: &Estimate<f32>) -> (f32, f32) {
+        let turned_rad = direction(mode) * estimate.angle.radians_since::<f32>(self.from.angle);
+        (turned_rad, self.from.angle_rad2 + estimate.angle_rad2)
+    }
+}
+
+/// A cruise that goes on, or seemed to arrive.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cruised {
+    pub(super) cruise: Cruise,
+    pub(super) turn: Driven,
+}
 
 /// A burst of the other mode, from rest to rest, that tells a lost mode from a stuck rotor.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Probe {
     /// The mode that turns nothing.
     lost: DriveMode,
-    /// The angle before the burst and its forecast turn in rad; `None` before the burst.
-    driven: Option<(Resting, f32)>,
+    /// The burst; `None` before it.
+    driven: Option<Driven>,
 }
 
 /// Drives in a row without effect after which the other mode is probed; half of them the wrong way end the move. An
@@ -72,15 +102,39 @@ impl Positioning {
     /// forecast is slow, not stuck, if its turn is significant.
     pub(super) fn test_burst(&mut self, estimate: &Estimate<f32>) -> Option<PositioningPhase> {
         let BurstComparison { mode, forecast_rad, turned_rad, turned_rad2 } = self.rest.compare(estimate)?;
-        let outcome = match outcome(forecast_rad, turned_rad, turned_rad2)? {
+        let turn = outcome(forecast_rad, turned_rad, turned_rad2)?;
+        if turn == Turn::RightWay {
+            self.untested = 0;
+        }
+        self.count(turn, mode)
+    }
+
+    /// Tests the last cruise, if it seemed to arrive; the phase that follows, as of [`Self::test_burst`].
+    // As rare as a cruise.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn test_cruise(&mut self, estimate: &Estimate<f32>) -> Option<PositioningPhase> {
+        let Cruised { cruise, turn: driven } = self.cruised.take()?;
+        let (turned_rad, turned_rad2) = driven.turned(cruise.mode, estimate);
+        let turn = outcome(driven.forecast_rad, turned_rad, turned_rad2)?;
+        if turn == Turn::None {
+            // One that sticks under a weak drive gets a stronger one.
+            self.learn_rate(&cruise, 0.0);
+        }
+        self.count(turn, cruise.mode)
+    }
+
+    /// Counts what a drive of `mode` did; the phase that follows, if it is not the next drive.
+    fn count(&mut self, turn: Turn, mode: DriveMode) -> Option<PositioningPhase> {
+        let next = match turn {
             Turn::WrongWay => self.wrong_way(),
             Turn::None => self.stall(mode),
             Turn::RightWay => {
-                (self.stalls, self.wrong_ways, self.untested) = (0, 0, 0);
+                (self.stalls, self.wrong_ways) = (0, 0);
                 PositioningPhase::Settling(Wait::Rest)
             }
         };
-        (matches!(outcome, PositioningPhase::Stopped(_)) || self.probe.is_some()).then_some(outcome)
+        (matches!(next, PositioningPhase::Stopped(_)) || self.probe.is_some()).then_some(next)
     }
 
     /// A drive of `mode` that did not turn the rotor.
@@ -104,7 +158,7 @@ impl Positioning {
             DriveMode::B => Family::Step,
             DriveMode::C => Family::Nudge,
         };
-        let Some((before, forecast_rad)) = probe.driven else {
+        let Some(driven) = probe.driven else {
             let Some(burst) = map.burst(other, PROBE_RAD, self.tuning.limits.amplitude_max) else {
                 return PositioningPhase::Stopped(StopReason::Stalled);
             };
@@ -115,12 +169,11 @@ impl Positioning {
                 return self.measure(now, estimate);
             }
             self.rest.forget();
-            let resting = Resting { angle: estimate.angle, angle_rad2: estimate.angle_rad2 };
-            self.probe = Some(Probe { driven: Some((resting, burst.turn_rad)), ..probe });
+            self.probe = Some(Probe { driven: Some(Driven::from(estimate, burst.turn_rad)), ..probe });
             return PositioningPhase::Burst { family: other, burst, since: now };
         };
-        let turned_rad = direction(other.mode()) * estimate.angle.radians_since::<f32>(before.angle);
-        let turned_rad2 = before.angle_rad2 + estimate.angle_rad2;
+        let forecast_rad = driven.forecast_rad;
+        let (turned_rad, turned_rad2) = driven.turned(other.mode(), estimate);
         if forecast_rad * forecast_rad < PROBE_SIGMAS * PROBE_SIGMAS * turned_rad2 {
             return self.measure(now, estimate);
         }

@@ -37,6 +37,7 @@ impl Positioning {
             self.retarget(self.target, now);
         }
         self.rest.forget();
+        self.cruised = None;
         let since = *self.blind_since.get_or_insert(now);
         if now.nanos_since(since) > self.tuning.blind_max_nanos {
             PositioningPhase::Stopped(StopReason::NoEstimate)
@@ -85,7 +86,7 @@ impl Positioning {
             return self.measure(now, estimate);
         }
         // Only when the next drive is due, since the last burst has then been measured as well as it will be.
-        if let Some(phase) = self.test_burst(estimate) {
+        if let Some(phase) = self.test_burst(estimate).or_else(|| self.test_cruise(estimate)) {
             return phase;
         }
         self.correction = corrected;
@@ -150,6 +151,7 @@ impl Positioning {
         }
         self.brakes += 1;
         self.rest.forget();
+        self.cruised = None;
         let mode = if clockwise { DriveMode::C } else { DriveMode::B };
         PositioningPhase::Brake { mode, since: now }
     }

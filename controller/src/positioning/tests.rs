@@ -298,6 +298,38 @@ fn law_a_target_changed_on_the_way_is_the_one_that_counts() {
     assert_eq!(scenario.rest().mode(), Some(DriveMode::C));
 }
 
+/// A cruise that is weak because its target is near grows strong again for a target far away, and is the same for one
+/// that asks for the same.
+#[test]
+fn law_a_weak_cruise_is_as_strong_as_another_target_asks_for() {
+    for mode in [DriveMode::B, DriveMode::C] {
+        let near_mdeg = 1e3 * f64::from((1.01 * direction(mode) * map().cruise_from_rad(mode)).to_degrees());
+        let mut scenario = Scenario::new(near_mdeg, 0.5);
+        let weak = scenario.rest();
+        assert!(matches!(scenario.phase(), PositioningPhase::Cruise { .. }), "{weak:?}");
+        assert!(weak.amplitude() < 1.0, "{weak:?}");
+        let to = |mdeg: f64| Target::try_new(1e-3 * mdeg, 5e-4).unwrap();
+        scenario.positioning.retarget(to(near_mdeg), scenario.now);
+        assert_eq!(scenario.moving(), weak);
+        scenario.positioning.retarget(to(100.0 * near_mdeg), scenario.now);
+        let strong = scenario.moving();
+        assert_eq!((strong.mode(), strong.amplitude()), (weak.mode(), 1.0));
+        assert_eq!(scenario.moving(), strong);
+    }
+}
+
+/// The rate of a strong cruise is not that of the weaker one that follows it: the factor of a motor like the map's
+/// stays 1, but for the rounding of the angle.
+#[test]
+fn law_a_window_has_one_cruise() {
+    let mut scenario = Scenario::new(-90e3, 0.5);
+    while !matches!(scenario.phase(), PositioningPhase::Holding) {
+        scenario.drive(|_, _| 1.0);
+        let scale = scenario.positioning.correction().rate_scale(DriveMode::C);
+        assert!((scale - 1.0).abs() < 1e-3, "{scale} {:?}", scenario.phase());
+    }
+}
+
 #[test]
 fn law_cancelled_stays_off_until_there_is_a_new_target() {
     let mut scenario = Scenario::new(90e3, 1.0);

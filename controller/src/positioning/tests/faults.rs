@@ -25,6 +25,26 @@ fn law_a_stuck_rotor_is_given_up() {
     assert!(on_nanos < u64::from(FAILURES_MAX) * (crate::progress_window::WINDOW_NANOS + 10 * TICK));
 }
 
+/// K3: a filter that predicts the rotor's motion takes a stuck rotor for one that arrives, cruise after cruise, until it
+/// is measured at rest.
+#[test]
+fn law_a_stuck_rotor_that_seems_to_arrive_is_given_up() {
+    // Each within a window.
+    for target_mdeg in [90e3, -10e3] {
+        let mut scenario = Scenario::new(target_mdeg, 0.5);
+        while !matches!(scenario.phase(), PositioningPhase::Stopped(_)) {
+            scenario.drive(|_, cruises| if cruises { 1.0 } else { 0.0 });
+            scenario.mdeg = 0.0;
+        }
+        assert_eq!(scenario.phase(), PositioningPhase::Stopped(StopReason::Stalled), "{target_mdeg}");
+        assert!(
+            scenario.positioning.drives <= 2 * u32::from(FAILURES_MAX),
+            "{}",
+            scenario.positioning.drives
+        );
+    }
+}
+
 /// The burst that probes the other mode of a stuck rotor waits for the ring-down of the drive before it: 16.04 ms after
 /// mode B, 11.38 after mode C.
 #[test]
