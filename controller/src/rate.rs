@@ -11,8 +11,8 @@
 //! is slowed by friction; it is driven back only when it is ahead by more than [`RateTuning::ahead_rad`]. A rate of
 //! exactly 0 means rest: the drive is off, and the reference is where the rotor comes to rest.
 //!
-//! A rotor that does not follow, the end of the travel and too long a drive end the hold ([`limits`]): the drive is off
-//! until another rate is followed.
+//! A rotor that does not follow, the end of the travel, too long a drive and too long a time without an estimate end the
+//! hold ([`limits`]): the drive is off until another rate is followed.
 
 mod limits;
 mod profile;
@@ -68,8 +68,7 @@ impl RateTuning {
     /// slower correction: a loop that corrects an error before the next frame shows what became of it overshoots.
     pub fn new(instruments: &Instruments) -> Self {
         let positioning = PositioningTuning::new(instruments);
-        let limits =
-            RateLimits { progress_window_nanos: positioning.progress_window_nanos, ..RateLimits::default() };
+        let limits = RateLimits::new(&positioning);
         let default = Self::default();
         let catch_up_s = default.catch_up_s.max(WAITS_TO_CATCH_UP * positioning.frame_wait_s());
         let ahead_rad = default.ahead_rad * (catch_up_s / default.catch_up_s);
@@ -166,8 +165,10 @@ impl<P: RateProfile> RateHold<P> {
         self.decided_at = now;
         let Some(estimate) = usable else {
             self.reference = None;
+            self.stopped = self.stopped.or_else(|| self.watch.wait(&self.tuning.limits, last_nanos));
             return DriveCommand::OFF;
         };
+        self.watch.sees();
         let rate_rad_s = self.wanted_rad_s(now);
         if rate_rad_s.abs() <= 0.0 {
             self.reference = Some(AngleAccumulator::at(estimate.angle));

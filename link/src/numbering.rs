@@ -218,6 +218,7 @@ numbered!(PhaseRecord {
     30 = [Self::Experiment(ExperimentPhase::Ended(CommissioningEnd::TimeOver))],
     31 = [Self::Experiment(ExperimentPhase::Ended(CommissioningEnd::NoEstimate))],
     32 = [Self::Experiment(ExperimentPhase::Ended(CommissioningEnd::NeverRests))],
+    33 = [Self::Rate(RatePhase::Stopped(RateStop::NoEstimate))],
 });
 
 /// The byte of a `T` as it came over the wire. Two are equal when their bytes are.
@@ -328,7 +329,7 @@ mod tests {
         check_round_trip::<Source>(1);
         check_round_trip::<Verdict>(8);
         check_round_trip::<Option<DriveMode>>(3);
-        check_round_trip::<PhaseRecord>(33);
+        check_round_trip::<PhaseRecord>(34);
         check_round_trip::<Family>(5);
         check_round_trip::<MapPlace>(6);
         check_round_trip::<MapField>(9);
@@ -344,6 +345,7 @@ mod tests {
         assert_eq!(PhaseRecord::Stopped(StopReason::ModeCLost).number(), 12);
         assert_eq!(PhaseRecord::Stopped(StopReason::NoEstimate).number(), 16);
         assert_eq!(PhaseRecord::Rate(RatePhase::Stopped(RateStop::EndOfTravel)).number(), 22);
+        assert_eq!(PhaseRecord::Rate(RatePhase::Stopped(RateStop::NoEstimate)).number(), 33);
         assert_eq!((Family::Throw.number(), MapPlace::Bursts(Family::Throw).number()), (4, 5));
         assert_eq!(MapField::CoastSd.number(), 8);
     }

@@ -74,6 +74,7 @@ impl RateLimitsRecord {
             travel,
             on_max_nanos: self.on_max_nanos.or(default.on_max_nanos),
             progress_window_nanos: self.progress_window_nanos.unwrap_or(default.progress_window_nanos),
+            ..default
         })
     }
 }
@@ -146,6 +147,7 @@ mod tests {
             travel: Travel::try_new(-10.0, 20.0).unwrap(),
             on_max_nanos: Some(3 * S),
             progress_window_nanos: S / 2,
+            ..RateTuning::new(&instruments).limits
         };
         assert_eq!(tuning, RateTuning { limits: expected, ..RateTuning::new(&instruments) });
     }

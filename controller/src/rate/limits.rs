@@ -1,4 +1,5 @@
-//! What ends the holding of a rate: a rotor that does not turn or turns back, the end of the travel, too long a drive.
+//! What ends the holding of a rate: a rotor that does not turn or turns back, the end of the travel, too long a drive,
+//! no estimate for too long.
 //!
 //! [`crate::progress_window`] tells from the turn of a window whether the rotor follows: it turns significantly, and by
 //! at least [`FOLLOWS_PART`] of the rate asked for. The window's clock is the time for which the rotor was driven that
@@ -11,7 +12,8 @@
 use estimator::Estimate;
 use motor_model::{DriveMode, Time};
 
-use crate::progress_window::{self, ProgressWindow, WindowOutcome};
+use crate::positioning::PositioningTuning;
+use crate::progress_window::{ProgressWindow, WindowOutcome};
 use crate::response_map::{ResponseMap, direction};
 use crate::target::Travel;
 
@@ -31,16 +33,22 @@ pub struct RateLimits {
     pub on_max_nanos: Option<u64>,
     /// Length in ns of the windows in which the rotor is seen to follow.
     pub progress_window_nanos: u64,
+    /// Longest time without a usable estimate, in ns.
+    pub blind_max_nanos: u64,
 }
 
 impl Default for RateLimits {
-    /// Any angle, any time, 0.15 s.
+    /// Those for the default instruments.
     fn default() -> Self {
-        Self {
-            travel: Travel::FREE,
-            on_max_nanos: None,
-            progress_window_nanos: progress_window::WINDOW_NANOS,
-        }
+        Self::new(&PositioningTuning::default())
+    }
+}
+
+impl RateLimits {
+    /// Any angle and any time; windows, and the time without an estimate, are those of a move by `positioning`.
+    pub(super) fn new(positioning: &PositioningTuning) -> Self {
+        let &PositioningTuning { progress_window_nanos, blind_max_nanos, .. } = positioning;
+        Self { travel: Travel::FREE, on_max_nanos: None, progress_window_nanos, blind_max_nanos }
     }
 }
 
@@ -56,6 +64,8 @@ pub enum RateStop {
     EndOfTravel,
     /// The drive was on for as long as is allowed.
     DrivenTooLong,
+    /// There was no usable estimate for longer than is allowed.
+    NoEstimate,
 }
 
 /// What the holding of a rate asks of a tick.
@@ -85,9 +95,22 @@ pub(super) struct RateWatch {
     failed: u8,
     /// Time with the drive on, in ns: the clock of the windows.
     on_nanos: u64,
+    /// Time without a usable estimate, in ns, since the last one.
+    blind_nanos: u64,
 }
 
 impl RateWatch {
+    /// Whether there was no usable estimate for too long by now, a tick of `last_nanos` without one included.
+    pub fn wait(&mut self, limits: &RateLimits, last_nanos: u64) -> Option<RateStop> {
+        self.blind_nanos = self.blind_nanos.saturating_add(last_nanos);
+        (self.blind_nanos > limits.blind_max_nanos).then_some(RateStop::NoEstimate)
+    }
+
+    /// There is a usable estimate.
+    pub fn sees(&mut self) {
+        self.blind_nanos = 0;
+    }
+
     /// Whether a limit is reached by now.
     pub fn check(&mut self, limits: &RateLimits, map: &ResponseMap, state: &RateState) -> Option<RateStop> {
         if state.driven.is_some() {

@@ -95,6 +95,30 @@ fn law_no_drive_on_an_unusable_estimate() {
     assert_eq!(hold.decide(map(), at(1001), None, Health::Waiting), DriveCommand::OFF);
 }
 
+/// Without a usable estimate for longer than a move would wait, the hold ends for good, at that tick; a loss that is
+/// shorter ends nothing, however often it comes.
+#[test]
+fn exact_a_long_loss_of_the_estimate_ends_the_hold() {
+    const TICK: u64 = 1_000_000;
+    let limits = RateLimits { blind_max_nanos: 100 * TICK, ..RateLimits::default() };
+    let tuning = RateTuning { limits, ..RateTuning::default() };
+    let mut hold = RateHold::new(Profile::dwell(10.0).unwrap(), tuning, Time::ZERO);
+    for tick in 1..=1000 {
+        let now = Time::from_nanos(tick * TICK);
+        // Nine losses of a tenth of a second less a tick, and one that lasts. The rotor follows.
+        let seen = (tick <= 900 && tick % 100 == 0).then(|| estimate(now, 1e-2 * tick as f64));
+        let command = hold.decide(map(), now, seen.as_ref(), Health::Good);
+        assert!(seen.is_some() || command == DriveCommand::OFF);
+        assert_eq!(hold.stopped(), None, "{tick}");
+    }
+    let now = Time::from_nanos(1001 * TICK);
+    hold.decide(map(), now, None, Health::Good);
+    assert_eq!(hold.stopped(), Some(RateStop::NoEstimate));
+    let now = Time::from_nanos(1002 * TICK);
+    assert_eq!(hold.decide(map(), now, Some(&estimate(now, 0.0)), Health::Good), DriveCommand::OFF);
+    assert_eq!(hold.stopped(), Some(RateStop::NoEstimate));
+}
+
 /// The default camera shows an error within 0.2 ms. One of 60 Hz does within 33 ms: what it shows is corrected in three
 /// times as long, and the rotor may be ahead by as much more.
 #[test]

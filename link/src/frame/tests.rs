@@ -192,7 +192,7 @@ fn board_messages() -> Vec<BoardMessage> {
         rate: None,
     };
     let rate = RateRecord { wanted_rad_s: -2.5, reference_units: Some(-1 << 34) };
-    let phase = PhaseRecord::Rate(RatePhase::Stopped(RateStop::Stuck)).into();
+    let phase = PhaseRecord::Rate(RatePhase::Stopped(RateStop::NoEstimate)).into();
     let of_rate = TickRecord { phase, rate: Some(rate), ..report };
     let forecast = ForecastRecord {
         error_rad: 1e-5,
@@ -356,7 +356,7 @@ fn exact_another_version_is_told_from_damage() {
     let length = cobs::encode(&content, &mut frame);
     let decoded = decode::<HostMessage>(&mut frame[..length]);
     assert_eq!(decoded, Err(FrameError::Version { theirs: VERSION + 1 }));
-    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 11, expected 10");
+    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 12, expected 11");
 }
 
 /// A million frames, each damaged in one of five ways, on one line: none but whole ones are accepted.

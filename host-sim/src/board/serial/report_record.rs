@@ -151,6 +151,7 @@ fn task(phase: PhaseRecord, health: Health, rate: Option<RateRecord>) -> Task {
             RateStop::WrongWay => "Stopped(WrongWay)",
             RateStop::EndOfTravel => "Stopped(EndOfTravel)",
             RateStop::DrivenTooLong => "Stopped(DrivenTooLong)",
+            RateStop::NoEstimate => "Stopped(NoEstimate)",
         }),
         PhaseRecord::Experiment(phase) => Task::Told(match phase {
             ExperimentPhase::Resting => "Resting",
@@ -250,6 +251,7 @@ mod tests {
             (RateStop::WrongWay, "Stopped(WrongWay)"),
             (RateStop::EndOfTravel, "Stopped(EndOfTravel)"),
             (RateStop::DrivenTooLong, "Stopped(DrivenTooLong)"),
+            (RateStop::NoEstimate, "Stopped(NoEstimate)"),
         ] {
             let stopped = received(&RateReport { stopped: Some(why), ..sent });
             assert_eq!(stopped.phase, PhaseRecord::Rate(RatePhase::Stopped(why)));

@@ -16,6 +16,7 @@ pub fn reason(stop: RateStop) -> &'static str {
         RateStop::WrongWay => "the rotor turns against the direction asked for",
         RateStop::EndOfTravel => "the rotor would leave the travel",
         RateStop::DrivenTooLong => "it was on for as long as is allowed",
+        RateStop::NoEstimate => "there was no estimate that may be used for too long",
     }
 }
 
