@@ -23,9 +23,10 @@
 //! The drive is on in `Cruise`, `Burst` and `Brake` only, and off within a tick of the loss of the estimate. What to
 //! drive is decided in [`crate::drive_plan`]; the angle at rest comes from [`crate::rest_filter`], how this motor
 //! differs from the map from [`crate::map_correction`], and whether a cruise turns the rotor from
-//! [`crate::progress_window`]. Drives that fail are handled in [`failures`], and a rotor with the drive off in
-//! [`settling`].
+//! [`crate::progress_window`]. A cruise is in [`cruise`], a drive that fails in [`failures`], and a rotor with the drive
+//! off in [`settling`].
 
+mod cruise;
 mod failures;
 mod phase;
 mod settling;
@@ -33,30 +34,21 @@ mod settling;
 use estimator::{Estimate, Health, Reason};
 use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 
-use crate::drive_plan::{DrivePlan, frames_follow};
+use crate::drive_plan::DrivePlan;
 use crate::map_correction::MapCorrection;
-use crate::progress_window::{ProgressWindow, WindowOutcome};
+use crate::progress_window::ProgressWindow;
 use crate::response_map::{Burst, Cruise, Family, ResponseMap, direction};
 use crate::rest_filter::{RestFilter, Resting};
 use crate::ring_down::RingDown;
 use crate::settling_watch::{CoastBound, SettlingWatch};
 use crate::situation::Situation;
 use crate::target::Target;
-use failures::{Cruised, Driven, Probe};
+use failures::{Driven, Probe};
 pub use phase::{PositioningPhase, PositioningTuning, StopReason, Wait};
-
-/// Part of the standard deviation of the coast by which a cruise is cut early in mode C and late in mode B, so that the
-/// rotor tends to come to rest clockwise of the target, from where the fine bursts lead back. Scored by
-/// `host-sim positioning-trials`.
-const CLOCKWISE_COAST_SIGMAS: f32 = 0.5;
 
 /// Standard deviations by which a coast may be longer than the map says, before the rotor counts as one that does not
 /// stop. An assumption: friction differs between motors by up to a factor of two.
 const COAST_BOUND_SIGMAS: f32 = 5.0;
-
-/// Standard deviations of the angle within which a cruise is near where it is to be cut: farther away an uncertain
-/// angle ends no cruise. An assumption: one normal error in 700 is larger.
-const NEAR_SIGMAS: f32 = 3.0;
 
 /// Standard deviations by which the rotor must be nearer to the target than before to be on its way. An assumption.
 const NEARER_SIGMAS: f32 = 3.0;
@@ -83,8 +75,9 @@ pub struct Positioning {
     /// Bursts since the rotor was last seen to be turned.
     untested: u8,
     probe: Option<Probe>,
-    /// The last cruise, until it is tested.
-    cruised: Option<Cruised>,
+    /// Where the last cruise began, and the cruise as it was cut, until that is tested.
+    cruised: Driven,
+    cut: Option<Cruise>,
     /// Whether the target has changed during the present cruise.
     retargeted: bool,
     /// The stator, and the rotor, since the drive went off.
@@ -118,7 +111,8 @@ impl Positioning {
             untested: 0,
             wrong_ways: 0,
             probe: None,
-            cruised: None,
+            cruised: Driven::default(),
+            cut: None,
             retargeted: false,
             ring_down: RingDown::new(map.design(), now),
             ticks_to_plan: 0,
@@ -140,7 +134,7 @@ impl Positioning {
         self.started_at = now;
         self.deadline_at = now.plus_nanos(self.tuning.limits.deadline_nanos);
         (self.drives, self.stalls, self.wrong_ways, self.untested) = (0, 0, 0, 0);
-        (self.probe, self.cruised) = (None, None);
+        self.probe = None;
         self.brakes = 0;
         self.ticks_to_plan = 0;
         self.bursts_only = false;
@@ -160,7 +154,7 @@ impl Positioning {
     /// Ends the move, drive off.
     pub fn cancel(&mut self) {
         self.phase = PositioningPhase::Stopped(StopReason::Cancelled);
-        self.rest.forget();
+        self.forget();
     }
 
     /// The phase.
@@ -219,7 +213,7 @@ impl Positioning {
         {
             if matches!(self.phase, PositioningPhase::Burst { .. }) {
                 // What was forecast is the turn of a whole burst.
-                self.rest.forget();
+                self.forget();
             }
             self.phase = PositioningPhase::Stopped(StopReason::TimedOut);
         }
@@ -299,91 +293,6 @@ impl Positioning {
         }
     }
 
-    /// Drive on: goes on, changes, or is cut.
-    fn cruise(
-        &mut self,
-        map: &ResponseMap,
-        cruise: Cruise,
-        since: Time,
-        progress: ProgressWindow,
-        now: Time,
-        estimate: &Estimate<f32>,
-    ) -> Option<PositioningPhase> {
-        if self.leaves(cruise.mode, estimate) {
-            return Some(PositioningPhase::Stopped(StopReason::OutOfTravel));
-        }
-        let direction = direction(cruise.mode);
-        let window_nanos = self.tuning.progress_window_nanos;
-        let next_window = match progress.outcome(cruise.rate_rad_s, window_nanos, now, estimate) {
-            WindowOutcome::Open => None,
-            WindowOutcome::Turns(rate_rad_s) => {
-                (self.stalls, self.wrong_ways) = (0, 0);
-                self.learn_rate(&cruise, rate_rad_s);
-                Some(ProgressWindow::from(now, estimate))
-            }
-            WindowOutcome::Stuck => {
-                self.cruised = None;
-                self.learn_rate(&cruise, 0.0);
-                self.watch = SettlingWatch::new(None);
-                return Some(self.stall(cruise.mode));
-            }
-            WindowOutcome::WrongWay(_) => {
-                self.cruised = None;
-                self.watch = SettlingWatch::new(None);
-                return Some(self.wrong_way());
-            }
-        };
-        let remaining_rad = direction * self.target.angle().radians_since::<f32>(estimate.angle);
-        let rate_rad_s = direction * estimate.rate_rad_s;
-        // Not `f32::max`, for which the microcontroller calls a function.
-        let coast_rad = map.coast_rad(cruise.mode, if rate_rad_s > 0.0 { rate_rad_s } else { 0.0 });
-        let before_cut_rad = remaining_rad - coast_rad;
-        // The coast is not known better than the angle at the cut.
-        let coast_rad2 = cruise.coast_sd_rad * cruise.coast_sd_rad;
-        let spread_rad2 = coast_rad2 + estimate.angle_rad2;
-        let arrived = is_at_most(before_cut_rad, -CLOCKWISE_COAST_SIGMAS * direction, spread_rad2);
-        let too_long = now.nanos_since(since) >= self.tuning.limits.on_max_nanos;
-        let uncertain = estimate.angle_rad2 > self.tuning.cruise_variance_max_rad2
-            && estimate.angle_rad2 > coast_rad2
-            && is_at_most(before_cut_rad, NEAR_SIGMAS, estimate.angle_rad2);
-        if arrived || too_long || uncertain {
-            if uncertain {
-                // The next cruise would end the same way, perhaps before it has turned the rotor.
-                self.bursts_only = true;
-            }
-            if !arrived {
-                self.cruised = None;
-            }
-            return Some(self.coast(direction, coast_rad, math::sqrt_f32(spread_rad2)));
-        }
-        if let Some(cruise) = self.another(map, &cruise, remaining_rad) {
-            // A window across both would credit this cruise with the rate of that before it.
-            let progress = ProgressWindow::from(now, estimate);
-            return Some(PositioningPhase::Cruise { cruise, since, progress });
-        }
-        next_window.map(|progress| PositioningPhase::Cruise { cruise, since, progress })
-    }
-
-    fn learn_rate(&mut self, cruise: &Cruise, rate_rad_s: f32) {
-        if self.tuning.learning {
-            self.correction.learn_rate(cruise, rate_rad_s);
-        }
-    }
-
-    /// Another cruise for what remains: a weaker one where the coast of `cruise` is too uncertain, and one as strong as
-    /// a changed target asks for.
-    fn another(&mut self, map: &ResponseMap, cruise: &Cruise, remaining_rad: f32) -> Option<Cruise> {
-        // A motor of half the rate coasts half as far: it is driven as if twice as much remained.
-        let remaining_rad = remaining_rad / self.correction.rate_scale(cruise.mode);
-        let retargeted = core::mem::take(&mut self.retargeted);
-        if remaining_rad >= cruise.room_rad() && !retargeted {
-            return None;
-        }
-        let below = if retargeted { f32::INFINITY } else { cruise.amplitude };
-        map.cruise_weaker_than(below, cruise.mode, self.tuning.limits.amplitude_max, remaining_rad)
-            .filter(|another| frames_follow(another, self.tuning.frame_wait_s()) && another != cruise)
-    }
-
     /// Drive on for the burst's ticks.
     fn burst(
         &mut self,
@@ -394,7 +303,7 @@ impl Positioning {
         estimate: &Estimate<f32>,
     ) -> Option<PositioningPhase> {
         if self.leaves(family.mode(), estimate) {
-            self.rest.forget();
+            self.forget();
             return Some(PositioningPhase::Stopped(StopReason::OutOfTravel));
         }
         let wanted_nanos = u64::from(burst.ticks) * crate::TICK_NANOS;
@@ -405,6 +314,12 @@ impl Positioning {
             return Some(self.coast(direction(family.mode()), burst.turn_rad, math::sqrt_f32(spread_rad2)));
         }
         None
+    }
+
+    /// What was driven before says nothing of where the rotor is.
+    fn forget(&mut self) {
+        self.rest.forget();
+        self.cut = None;
     }
 
     /// The drive goes off; the rotor turns on by `coast_rad` at most, but for `coast_sd_rad`.
@@ -426,8 +341,8 @@ impl Positioning {
         }
         match plan {
             DrivePlan::Cruise(cruise) => {
-                self.rest.forget();
-                self.cruised = Some(Cruised { cruise, turn: Driven::from(estimate, remaining_rad.abs()) });
+                self.forget();
+                self.cruised = Driven::from(estimate, remaining_rad.abs());
                 PositioningPhase::Cruise { cruise, since: now, progress: ProgressWindow::from(now, estimate) }
             }
             DrivePlan::Burst(family, burst, forecast) => {

@@ -14,8 +14,8 @@
 //! else                         no turn
 //! ```
 //!
-//! So is a cruise that seemed to arrive: a filter that predicts the rotor's motion takes a stuck rotor for one that
-//! turns, until it is measured at rest.
+//! So is a cruise that was cut: a filter that predicts the rotor's motion takes a stuck rotor for one that arrives,
+//! until it is measured at rest.
 
 use estimator::Estimate;
 use motor_model::{DriveMode, Time};
@@ -23,12 +23,12 @@ use motor_model::{DriveMode, Time};
 use super::{Positioning, PositioningPhase, StopReason, Wait};
 use crate::drive_plan::DrivePlan;
 use crate::map_correction::Forecast;
-use crate::response_map::{Cruise, Family, ResponseMap, direction};
+use crate::response_map::{Family, ResponseMap, direction};
 use crate::rest_filter::{BurstComparison, Resting};
 use crate::situation::Situation;
 
 /// A drive from rest to rest: where it began, and its forecast turn in rad, in the direction of its mode.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Driven {
     from: Resting,
     forecast_rad: f32,
@@ -45,13 +45,6 @@ impl Driven {
         let turned_rad = direction(mode) * estimate.angle.radians_since::<f32>(self.from.angle);
         (turned_rad, self.from.angle_rad2 + estimate.angle_rad2)
     }
-}
-
-/// A cruise that goes on, or seemed to arrive.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Cruised {
-    pub(super) cruise: Cruise,
-    pub(super) turn: Driven,
 }
 
 /// A burst of the other mode, from rest to rest, that tells a lost mode from a stuck rotor.
@@ -102,39 +95,36 @@ impl Positioning {
     /// forecast is slow, not stuck, if its turn is significant.
     pub(super) fn test_burst(&mut self, estimate: &Estimate<f32>) -> Option<PositioningPhase> {
         let BurstComparison { mode, forecast_rad, turned_rad, turned_rad2 } = self.rest.compare(estimate)?;
-        let turn = outcome(forecast_rad, turned_rad, turned_rad2)?;
-        if turn == Turn::RightWay {
-            self.untested = 0;
-        }
-        self.count(turn, mode)
+        let outcome = match outcome(forecast_rad, turned_rad, turned_rad2)? {
+            Turn::WrongWay => self.wrong_way(),
+            Turn::None => self.stall(mode),
+            Turn::RightWay => {
+                (self.stalls, self.wrong_ways, self.untested) = (0, 0, 0);
+                PositioningPhase::Settling(Wait::Rest)
+            }
+        };
+        (matches!(outcome, PositioningPhase::Stopped(_)) || self.probe.is_some()).then_some(outcome)
     }
 
-    /// Tests the last cruise, if it seemed to arrive; the phase that follows, as of [`Self::test_burst`].
+    /// Tests the last cruise, if it was cut; the phase that follows, if the next drive is to be planned anew.
     // As rare as a cruise.
     #[cold]
     #[inline(never)]
     pub(super) fn test_cruise(&mut self, estimate: &Estimate<f32>) -> Option<PositioningPhase> {
-        let Cruised { cruise, turn: driven } = self.cruised.take()?;
-        let (turned_rad, turned_rad2) = driven.turned(cruise.mode, estimate);
-        let turn = outcome(driven.forecast_rad, turned_rad, turned_rad2)?;
-        if turn == Turn::None {
-            // One that sticks under a weak drive gets a stronger one.
-            self.learn_rate(&cruise, 0.0);
-        }
-        self.count(turn, cruise.mode)
-    }
-
-    /// Counts what a drive of `mode` did; the phase that follows, if it is not the next drive.
-    fn count(&mut self, turn: Turn, mode: DriveMode) -> Option<PositioningPhase> {
-        let next = match turn {
-            Turn::WrongWay => self.wrong_way(),
-            Turn::None => self.stall(mode),
+        let cruise = self.cut.take()?;
+        let (turned_rad, turned_rad2) = self.cruised.turned(cruise.mode, estimate);
+        match outcome(self.cruised.forecast_rad, turned_rad, turned_rad2)? {
+            Turn::WrongWay => Some(self.wrong_way()),
+            Turn::None => {
+                // One that sticks under a weak drive gets a stronger one.
+                self.learn_rate(&cruise, 0.0);
+                Some(self.stall(cruise.mode))
+            }
             Turn::RightWay => {
                 (self.stalls, self.wrong_ways) = (0, 0);
-                PositioningPhase::Settling(Wait::Rest)
+                None
             }
-        };
-        (matches!(next, PositioningPhase::Stopped(_)) || self.probe.is_some()).then_some(next)
+        }
     }
 
     /// A drive of `mode` that did not turn the rotor.
@@ -168,7 +158,7 @@ impl Positioning {
             if !known || !self.ring_down.is_over(now) {
                 return self.measure(now, estimate);
             }
-            self.rest.forget();
+            self.forget();
             self.probe = Some(Probe { driven: Some(Driven::from(estimate, burst.turn_rad)), ..probe });
             return PositioningPhase::Burst { family: other, burst, since: now };
         };

@@ -36,8 +36,7 @@ impl Positioning {
             // As after a jolt, the move begins anew.
             self.retarget(self.target, now);
         }
-        self.rest.forget();
-        self.cruised = None;
+        self.forget();
         let since = *self.blind_since.get_or_insert(now);
         if now.nanos_since(since) > self.tuning.blind_max_nanos {
             PositioningPhase::Stopped(StopReason::NoEstimate)
@@ -86,10 +85,13 @@ impl Positioning {
             return self.measure(now, estimate);
         }
         // Only when the next drive is due, since the last burst has then been measured as well as it will be.
-        if let Some(phase) = self.test_burst(estimate).or_else(|| self.test_cruise(estimate)) {
+        if let Some(phase) = self.test_burst(estimate) {
             return phase;
         }
         self.correction = corrected;
+        if let Some(phase) = self.test_cruise(estimate) {
+            return phase;
+        }
         // A burst that is driven again on its forecast alone is never measured well enough for a test.
         if let DrivePlan::Burst(family, ..) = plan
             && corrected.is_without_effect(family)
@@ -106,7 +108,7 @@ impl Positioning {
     pub(super) fn hold(&mut self, now: Time, estimate: &Estimate<f32>) {
         if !estimate.resting && self.look(now, estimate) != Shown::Still {
             // A jolt: the angle before it does not count, and the move begins anew.
-            self.rest.forget();
+            self.forget();
             return self.retarget(self.target, now);
         }
         let Resting { angle, angle_rad2 } = self.rest.resting(estimate);
@@ -150,8 +152,7 @@ impl Positioning {
             return PositioningPhase::Stopped(StopReason::KeepsTurning);
         }
         self.brakes += 1;
-        self.rest.forget();
-        self.cruised = None;
+        self.forget();
         let mode = if clockwise { DriveMode::C } else { DriveMode::B };
         PositioningPhase::Brake { mode, since: now }
     }
