@@ -45,7 +45,8 @@ impl<F, M: Borrow<ResponseMap>> PositionLoop<F, M> {
     }
 
     /// Begins another move at `now`, as a loop from [`Self::new`] would, with the filter as it is. The filter is not
-    /// moved in memory: a large one needs no second place on the stack.
+    /// moved in memory: a large one needs no second place on the stack. With a latency the reports until its first
+    /// decision acts are still of the move before.
     pub fn begin(&mut self, target: Target, tuning: PositioningTuning, now: Time) {
         self.positioning = Positioning::new(self.map.borrow(), target, tuning, now);
     }

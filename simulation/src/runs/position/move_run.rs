@@ -1,7 +1,7 @@
 //! A move that is run tick by tick.
 
-use controller::{PositioningPhase, PositioningTuning, Target};
-use motor_model::DriveCommand;
+use controller::{PositioningPhase, PositioningTuning, TICK_NANOS, Target};
+use motor_model::{DriveCommand, Time};
 
 use super::{FrameCounts, MoveOutcome, MoveSums, MoveTick, reach};
 use crate::runs::RunError;
@@ -18,6 +18,8 @@ pub struct MoveRun {
     hold_nanos: u64,
     sums: MoveSums,
     frames: FrameCounts,
+    /// Up to this instant reports are of the move before, whose commands were under way when this one began.
+    decides_after: Time,
 }
 
 impl MoveRun {
@@ -33,6 +35,7 @@ impl MoveRun {
             hold_nanos: scene.nanos("position.hold_s"),
             sums: MoveSums::new(target),
             frames: FrameCounts::default(),
+            decides_after: Time::ZERO,
             scene: scene.clone(),
             tuning,
         })
@@ -55,7 +58,9 @@ impl MoveRun {
 
     /// Adds the tick to the move: what became of it, if it has ended with this tick or ended earlier.
     pub fn add(&mut self, moment: &PositioningMoment) -> Option<MoveOutcome> {
+        let decided = moment.at > self.decides_after;
         let tick = MoveTick::of(moment);
+        let tick = if decided { tick } else { tick.undecided() };
         self.sums.add(&tick);
         if let Some(innovation) = &moment.report.camera {
             self.frames.add(innovation);
@@ -66,6 +71,7 @@ impl MoveRun {
             ..self.sums.outcome(&tick, &self.scene)
         };
         match moment.report.phase {
+            _ if !decided => None,
             PositioningPhase::Stopped(why) => Some(outcome().stopped(why, &self.scene)),
             PositioningPhase::Holding if self.sums.held_nanos(moment.at) >= self.hold_nanos => {
                 Some(outcome())
@@ -85,7 +91,9 @@ impl MoveRun {
         check(scene, &self.tuning, target.angle().minus(rotor.angle).degrees())?;
         self.closed_loop.drive_by_hand(None);
         self.closed_loop.program_mut().begin(target, self.tuning, rotor.at);
-        (self.sums, self.frames) = (MoveSums::begun_at(target, rotor.at), FrameCounts::default());
+        self.sums = MoveSums::begun(target, rotor.at, rotor.angle);
+        self.frames = FrameCounts::default();
+        self.decides_after = rotor.at.plus_nanos(TICK_NANOS * closed_loop::latency_ticks(scene) as u64);
         self.scene = scene.clone();
         Ok(())
     }
@@ -117,4 +125,56 @@ fn check(scene: &Scene, tuning: &PositioningTuning, by_deg: f64) -> Result<(), R
     let map = scene.response_map()?;
     let tolerance_deg = scene.number("position.tolerance_deg");
     Ok(reach::check(&instruments::checked(scene)?, &map, &tuning.limits, by_deg, tolerance_deg)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runs::position::plan;
+
+    fn scene(sets: &[&str]) -> Scene {
+        let sets = ["estimator.filter=constant_rate", "plant.step_s=1e-5"].iter().chain(sets);
+        Scene::of_sets(&sets.map(|&set| set.to_owned()).collect::<Vec<_>>()).unwrap()
+    }
+
+    fn begun(scene: &Scene) -> MoveRun {
+        MoveRun::new(scene, closed_loop::tuning(scene)).unwrap()
+    }
+
+    /// Runs until the move has ended, at most 5 s.
+    fn ended(run: &mut MoveRun) -> MoveOutcome {
+        let tick = |_| {
+            let moment = run.next_tick();
+            run.add(&moment)
+        };
+        (0..500_000).find_map(tick).expect("the move does not end")
+    }
+
+    /// Back by half a degree: what lies beyond the target is on the other side than in a move from 0, and the way is
+    /// as long as from 0 to -0.5 degrees.
+    #[test]
+    fn law_a_move_that_goes_on_has_its_own_way() {
+        let mut run = begun(&scene(&["position.to_deg=2"]));
+        ended(&mut run);
+        run.go_on(&scene(&["position.to_deg=1.5"])).unwrap();
+        let outcome = ended(&mut run);
+        assert!(outcome.stopped.is_none() && outcome.overshoot_deg < 0.05, "{outcome}");
+        let of_way = plan(&scene(&["position.to_deg=-0.5"])).unwrap().expected_s;
+        let expected_s = outcome.expected_s.unwrap();
+        assert!((expected_s / of_way - 1.0).abs() < 0.01, "{expected_s} {of_way}");
+    }
+
+    /// While commands of the move before are under way, its end does not end the next move.
+    #[test]
+    fn exact_the_end_of_a_move_does_not_end_the_next_one_with_a_latency() {
+        let latency = "board.latency_ticks=16";
+        let mut run = begun(&scene(&["position.to_deg=0.5", latency]));
+        run.drive_by_hand(DriveCommand::OFF);
+        for _ in 0..100 {
+            run.next_tick();
+        }
+        run.go_on(&scene(&["position.to_deg=0.2", latency])).unwrap();
+        let outcome = ended(&mut run);
+        assert_eq!(outcome.stopped, None, "{outcome}");
+    }
 }

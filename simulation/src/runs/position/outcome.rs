@@ -42,7 +42,7 @@ pub struct MoveOutcome {
     /// Tilt and shift; left out of a rotor that does not tilt.
     #[serde(flatten)]
     pub tilt: Option<TiltFigures>,
-    /// Largest true angle beyond the target, at least 0.
+    /// Largest true angle beyond the target, seen from where the move began; at least 0.
     pub overshoot_deg: f64,
     /// The filter that ran.
     pub filter: &'static str,

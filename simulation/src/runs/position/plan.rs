@@ -43,14 +43,21 @@ pub struct MovePlan {
 /// # Errors
 /// When the scene is refused.
 pub fn forecast(scene: &Scene) -> Result<Result<MoveForecast, Unreachable>, RunError> {
-    let (target_deg, tolerance_deg) =
-        (scene.number("position.to_deg"), scene.number("position.tolerance_deg"));
+    forecast_of_way(scene, scene.number("position.to_deg"))
+}
+
+/// The same for a way of `way_deg` to the target, from wherever the rotor is.
+pub(super) fn forecast_of_way(
+    scene: &Scene,
+    way_deg: f64,
+) -> Result<Result<MoveForecast, Unreachable>, RunError> {
+    let tolerance_deg = scene.number("position.tolerance_deg");
     let instruments = instruments::checked(scene)?;
     #[expect(clippy::cast_possible_truncation, reason = "the controller computes in f32")]
-    let [distance_rad, tolerance_rad] = [target_deg, tolerance_deg].map(|deg| deg.to_radians() as f32);
+    let [distance_rad, tolerance_rad] = [way_deg, tolerance_deg].map(|deg| deg.to_radians() as f32);
     let limits = closed_loop::tuning(scene).limits;
     let map = scene.response_map()?;
-    reach::check(&instruments, &map, &limits, target_deg, tolerance_deg)?;
+    reach::check(&instruments, &map, &limits, way_deg, tolerance_deg)?;
     Ok(MoveForecast::try_new(&instruments, &map, &limits, distance_rad, tolerance_rad))
 }
 

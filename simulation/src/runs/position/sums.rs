@@ -5,8 +5,8 @@ use controller::{PositionLoop, PositioningPhase, Target, TickReport};
 use estimator::{Estimate, Health};
 use motor_model::{Angle, DriveCommand, Time};
 
-use super::MoveOutcome;
 use super::waits::Waits;
+use super::{MoveOutcome, plan};
 use crate::math::statistics::MeanSquare;
 use crate::runs::closed_loop::PositioningMoment;
 use crate::runs::filter;
@@ -50,12 +50,18 @@ impl MoveTick {
             loop_state: Some((phase, health)),
         }
     }
+
+    /// The same where no decision of the move acts yet.
+    pub(super) fn undecided(self) -> Self {
+        Self { holding: false, loop_state: None, ..self }
+    }
 }
 
 /// The sums of a move.
 pub struct MoveSums {
     target: Target,
     begun_at: Time,
+    begun_from: Angle,
     last_command: DriveCommand,
     holding_since: Option<Time>,
     drive_switches: u32,
@@ -69,16 +75,17 @@ pub struct MoveSums {
 }
 
 impl MoveSums {
-    /// Sums of a move to `target` that begins with the run, before its first tick.
+    /// Sums of a move to `target` that begins with the run, before its first tick, at 0 degrees.
     pub fn new(target: Target) -> Self {
-        Self::begun_at(target, Time::ZERO)
+        Self::begun(target, Time::ZERO, Angle::ZERO)
     }
 
-    /// The same of a move that begins at `begun_at`: its times count from then on.
-    pub fn begun_at(target: Target, begun_at: Time) -> Self {
+    /// The same of a move that begins at `begun_at`, with the rotor at `begun_from`: its times count from then on.
+    pub fn begun(target: Target, begun_at: Time, begun_from: Angle) -> Self {
         Self {
             target,
             begun_at,
+            begun_from,
             last_command: DriveCommand::OFF,
             holding_since: None,
             drive_switches: 0,
@@ -113,13 +120,21 @@ impl MoveSums {
                 self.square_moving_mdeg2.add(error);
             }
         }
-        let beyond = tick.angle.minus(self.target.angle()).degrees() * self.target.angle().degrees().signum();
+        let way_deg = self.target.angle().minus(self.begun_from).degrees();
+        let beyond = tick.angle.minus(self.target.angle()).degrees() * way_deg.signum();
         self.overshoot_deg = self.overshoot_deg.max(beyond);
     }
 
     /// Time for which the target has been held, in ns.
     pub fn held_nanos(&self, now: Time) -> u64 {
         self.holding_since.map_or(0, |since| now.nanos_since(since))
+    }
+
+    /// The time that was expected before the move, for the way from where it began.
+    fn expected_s(&self, scene: &Scene) -> Option<f64> {
+        let way_deg = scene.number("position.to_deg") - self.begun_from.degrees();
+        let forecast = plan::forecast_of_way(scene, way_deg).ok()?.ok()?;
+        Some(forecast.time_s.into())
     }
 
     /// The outcome after the `last` tick.
@@ -145,7 +160,7 @@ impl MoveSums {
             filter: filter::chosen(scene),
             stopped: None,
             reason: None,
-            expected_s: super::plan(scene).ok().map(|plan| plan.expected_s),
+            expected_s: self.expected_s(scene),
             hint: None,
             waited_s: self.waits.waited_s(),
             health: self.waits.health_shares(),
