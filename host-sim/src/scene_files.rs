@@ -14,8 +14,9 @@ pub use gallery::{COMMISSIONED_TILTING, GALLERY, GalleryScene};
 /// Longest file; a scene is a page of text.
 const LENGTH_MAX_BYTES: u64 = 1 << 20;
 
-/// Beginnings of the keys that say what one command shall do.
-const TASKS: [&str; 5] = ["simulate.", "position.", "rate.", "calibrate.", "record."];
+/// Beginnings of the keys that say what one command shall do, and the filter: commands that compare filters choose it
+/// themselves.
+const TASKS: [&str; 6] = ["simulate.", "position.", "rate.", "calibrate.", "record.", "estimator.filter"];
 
 /// A scene from an optional TOML file, or name of the [`GALLERY`], and `key=value` assignments, in this order.
 ///
@@ -159,6 +160,20 @@ mod tests {
         assert!(load_admitted(Some(Path::new("rate_staircase")), &[], &no_task).is_err(), "nothing is left");
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/slow_camera.toml");
         assert!(load_admitted(Some(&file), &[], &task_alone).is_err(), "a file of one's own");
+    }
+
+    /// A scene of a microcontroller names its filter. A command that runs all filters takes the latency alone.
+    #[test]
+    fn exact_the_filter_of_a_scene_of_the_gallery_is_passed_over_by_a_command_that_has_its_own() {
+        let own_filters = |key: &'static str| match key {
+            "estimator.filter" => {
+                Err(SceneError::NotRead { refusal: format!("no {key}"), hint: String::new() })
+            }
+            _ => Ok(()),
+        };
+        let (scene, passed_over) = load_admitted(Some(Path::new("stm32g474")), &[], &own_filters).unwrap();
+        assert_eq!(passed_over, ["estimator.filter"]);
+        assert!(!scene.is_set("estimator.filter") && scene.integer("board.latency_ticks") == 8);
     }
 
     #[test]
