@@ -77,12 +77,12 @@ parameters! {
     ///
     /// The paper's symbol stands in brackets.
     Parameter;
-    /// Inner radius of the stator ring (`R_i`).
+    /// Inner radius of the stator ring (`R_i`). It is of Table 1; no motion depends on it.
     StatorInnerRadius: "motor.stator_inner_radius_m", "m", 2.125e-3, Normal(0.02e-3), RADIUS, Measured,
-        "inner radius of the stator ring, R_i";
-    /// Outer radius of the stator ring (`R_o`).
+        "inner radius of the stator ring, R_i: no run depends on it; stator.inner_radius_m draws the ring";
+    /// Outer radius of the stator ring (`R_o`). It is of Table 1; no motion depends on it.
     StatorOuterRadius: "motor.stator_outer_radius_m", "m", 3.89e-3, Normal(0.02e-3), RADIUS, Measured,
-        "outer radius of the stator ring, R_o";
+        "outer radius of the stator ring, R_o: no run depends on it; stator.outer_radius_m draws the ring";
     /// Radius at which the teeth meet the rotor (`R_t`).
     ToothRadius: "motor.tooth_radius_m", "m", 3.063e-3, Normal(0.02e-3), RADIUS, Measured,
         "radius at which the teeth strike, R_t";
