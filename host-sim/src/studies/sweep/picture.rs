@@ -13,7 +13,8 @@ const RESPONSES: &str = "Mean over the rows of a slice of the key's values, and 
     either side, which the other keys, the seeds and the slice's width make.";
 
 /// What the bars of a tornado are.
-const TORNADO: &str = "From the least to the largest mean of a slice of each key's values.";
+const TORNADO: &str =
+    "From the least to the largest mean of a slice of each key's values; a dot where they are the same.";
 
 /// What indices are.
 const INDICES: &str = "Share of the variance by each key alone, and by it alone and together with the others; lines: \
@@ -91,7 +92,13 @@ fn tornado(responses: &[&Response]) -> Figure {
         let names: Vec<&str> = ranges.iter().map(|(key, _)| *key).collect();
         let bar = |(place, (_, (low, high))): (usize, &(&str, (f64, f64)))| {
             let y = real(ranges.len() - place);
-            Series::line(vec![(*low, y), (*high, y)]).colour(Colour::Blue).width(9.0)
+            // A bar without length would not be seen.
+            let mark = if low < high {
+                Series::line(vec![(*low, y), (*high, y)])
+            } else {
+                Series::points(vec![(*low, y)])
+            };
+            mark.colour(Colour::Blue).width(9.0)
         };
         ranges.iter().enumerate().map(bar).fold(bars(figure, figure, &names), Panel::series)
     };
@@ -148,6 +155,30 @@ fn shares(indices: &[KeyIndices]) -> Figure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::studies::sweep::responses::Slice;
+    use simulation::math::statistics::Accumulator;
+
+    /// A key that changes nothing has a bar of no length, and a dot.
+    #[test]
+    fn exact_a_key_without_effect_is_drawn_in_the_tornado() {
+        let slice = |at: f64, value: f64| {
+            let mut figure = Accumulator::default();
+            figure.add(value);
+            Slice { at, rows: 1, spread: figure.spread() }
+        };
+        let dots = |other: f64| {
+            let slices = vec![slice(1.0, 1.0), slice(2.0, other)];
+            let response = Response {
+                figure: "ok".to_owned(),
+                key: "motor.friction".to_owned(),
+                log: false,
+                words: Vec::new(),
+                slices,
+            };
+            tornado(&[&response]).svg().unwrap().matches("<circle").count()
+        };
+        assert_eq!((dots(1.0), dots(0.0)), (1, 0));
+    }
 
     #[test]
     fn exact_axes_have_the_units_of_keys_and_names() {
