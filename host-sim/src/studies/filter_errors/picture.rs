@@ -24,8 +24,9 @@ impl FilterErrors {
         let others = names().filter(|name| *name != GENIES[0].0);
         others.zip(Colour::SERIES).fold(panel.series(bound), |panel, (name, colour)| {
             let curve = self.curve(name, drive);
+            // Solid: a pale blue is the sky blue of another filter.
             panel
-                .series(Series::line(curve.clone()).colour(colour).opacity(0.5).label(name.replace('_', " ")))
+                .series(Series::line(curve.clone()).colour(colour).label(name.replace('_', " ")))
                 .series(Series::points(curve).colour(colour))
         })
     }
@@ -35,5 +36,30 @@ impl FilterErrors {
         let places = (1_u32..).map(f64::from).zip(TimelinePhase::ALL);
         let point = |(x, phase)| Some((x, self.row(filter, drive, phase)?.rms_angle_mdeg));
         places.filter_map(point).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pale blue and sky blue are one colour to a reader, so are pale vermilion and orange: no line is pale.
+    #[test]
+    fn exact_lines_have_the_colours_of_their_dots() {
+        let errors = FilterErrors {
+            rows: Vec::new(),
+            told: Vec::new(),
+            walk: None,
+            totals: Vec::new(),
+            rig_s_per_s: [0.0; 2],
+            numbers: Vec::new(),
+            beside: Vec::new(),
+        };
+        let svg = errors.figure().svg().unwrap();
+        let legend: Vec<&str> =
+            svg.split("<polyline ").skip(1).filter(|line| line.contains("stroke-width=\"5\"")).collect();
+        // The dashes of the bound are two.
+        assert_eq!(legend.len(), 2 * (names().count() + 1));
+        assert!(legend.iter().all(|line| line.contains("opacity=\"1\"")), "{legend:?}");
     }
 }
