@@ -10,6 +10,9 @@ use simulation::math::count::real;
 use simulation::math::statistics::NORMAL_95;
 use simulation::world::instruments::gyroscope::noise::TimeSpan;
 
+/// The plan in the legend. It asks the full rate of a motor by a rate that none reaches.
+const PLAN: &str = "plan, which may ask for more than the motor's full rate";
+
 /// Most runs whose intervals are drawn.
 const SHOWN_MAX: usize = 200;
 
@@ -134,7 +137,7 @@ impl Calibrations {
         .series(
             Series::line(self.first.rates_deg_s.clone()).colour(Colour::Blue).width(0.8).label("gyroscope"),
         )
-        .series(Series::dashes(asked).colour(Colour::Black).label("plan"))
+        .series(Series::steps(asked).colour(Colour::Black).label(PLAN))
     }
 
     fn allan(&self) -> Panel {
