@@ -114,6 +114,9 @@ impl ImportError {
         match self {
             Self::NothingMeasured => Some("--camera FILE.csv, --vibrometer FILE.csv, or both".to_owned()),
             Self::CameraOfStator => Some("--model motor, or leave --camera out".to_owned()),
+            Self::NoColumn { columns, .. } if columns.is_empty() => {
+                Some("a table begins with a line of names".to_owned())
+            }
             Self::NoColumn { flag, columns, .. } => {
                 Some(format!("{flag} names one of {}", columns.join(", ")))
             }

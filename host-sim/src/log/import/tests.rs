@@ -340,7 +340,7 @@ fn exact_refusals_name_file_line_column_and_what_is_possible() {
             "a_deg",
             "no measurement for more than a minute after 0.0",
         ),
-        ("", "t_s", "a_deg", "has no column"),
+        ("", "t_s", "a_deg", "has no column \"a_deg\"; a table begins with a line of names"),
     ] {
         let refused = refusal(text, time, value);
         assert!(refused.contains(said), "{said}: {refused}");
