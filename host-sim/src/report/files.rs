@@ -1,7 +1,8 @@
 //! Files that appear whole or not at all.
 //!
-//! A result is written to a temporary file in the folder of its destination. It is opened before the run starts, and
-//! renamed over the destination when everything is in it. A failed run leaves the earlier file.
+//! A result is written to a temporary file in the folder of its destination, and renamed over the destination when
+//! everything is in it. A failed run leaves the earlier file. That the file can be written is tried before the run
+//! starts. The temporary file is opened with the first byte: a run that is ended before, by Ctrl-C, leaves none.
 
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -54,16 +55,19 @@ pub fn json_lines<V: Serialize>(values: &[V]) -> String {
 #[derive(Debug)]
 pub struct Output {
     path: PathBuf,
-    writer: BufWriter<NamedTempFile>,
+    /// `None` before the first byte.
+    writer: Option<BufWriter<NamedTempFile>>,
 }
 
 impl Output {
-    /// Opens a file that will be at `path` after [`Self::publish`].
+    /// A file that will be at `path` after [`Self::publish`].
     ///
     /// # Errors
     /// When `path` is a folder, or no file can be written in its folder.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
-        Ok(Self { path: path.to_owned(), writer: BufWriter::new(temporary(path)?) })
+        // Opened and dropped, which deletes the temporary file.
+        temporary(path)?;
+        Ok(Self { path: path.to_owned(), writer: None })
     }
 
     /// Renames the file over its destination.
@@ -72,11 +76,17 @@ impl Output {
     /// When the rest cannot be written or the file cannot be renamed; the destination is then unchanged.
     pub fn publish(self) -> Result<(), OutputError> {
         let Self { path, writer } = self;
-        let written = writer.into_inner().map_err(io::IntoInnerError::into_error);
-        written
-            .and_then(|file| file.persist(&path).map_err(|error| error.error))
-            .map(|_| ())
-            .map_err(|source| OutputError::Unwritable { path, source })
+        let persist = || {
+            let writer = writer.map_or_else(|| opened(&path).map(BufWriter::new), Ok)?;
+            let file = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
+            file.persist(&path).map_err(|error| error.error)
+        };
+        persist().map(|_| ()).map_err(|source| OutputError::Unwritable { path: path.clone(), source })
+    }
+
+    fn writer(&mut self) -> io::Result<&mut BufWriter<NamedTempFile>> {
+        let writer = self.writer.take().map_or_else(|| opened(&self.path).map(BufWriter::new), Ok)?;
+        Ok(self.writer.insert(writer))
     }
 
     /// The error that says that this file could not be written.
@@ -87,11 +97,11 @@ impl Output {
 
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.writer.write(bytes)
+        self.writer()?.write(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.writer.flush()
+        self.writer.as_mut().map_or(Ok(()), Write::flush)
     }
 }
 
@@ -100,24 +110,26 @@ impl Write for Output {
 /// # Errors
 /// When `path` is a folder, or no file can be written in its folder.
 pub(crate) fn temporary(path: &Path) -> Result<NamedTempFile, OutputError> {
-    let unwritable = |source| OutputError::Unwritable { path: path.to_owned(), source };
+    opened(path).map_err(|source| OutputError::Unwritable { path: path.to_owned(), source })
+}
+
+fn opened(path: &Path) -> io::Result<NamedTempFile> {
     if path.is_dir() {
-        return Err(unwritable(io::ErrorKind::IsADirectory.into()));
+        return Err(io::ErrorKind::IsADirectory.into());
     }
     let has_name = path.file_name().is_some() && !path.as_os_str().to_string_lossy().ends_with('/');
     if !has_name {
-        return Err(unwritable(io::Error::new(io::ErrorKind::InvalidInput, "it names no file")));
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it names no file"));
     }
     if path.exists() && !path.is_file() {
-        return Err(unwritable(io::Error::new(io::ErrorKind::InvalidInput, "it is no ordinary file")));
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no ordinary file"));
     }
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
     if !folder.is_dir() {
-        let source = io::Error::new(io::ErrorKind::NotFound, "its folder does not exist");
-        return Err(unwritable(source));
+        return Err(io::Error::new(io::ErrorKind::NotFound, "its folder does not exist"));
     }
     let mut builder = tempfile::Builder::new();
     builder.prefix(".host-sim-");
@@ -125,7 +137,7 @@ pub(crate) fn temporary(path: &Path) -> Result<NamedTempFile, OutputError> {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     // Only the kind: the text would name the temporary file.
-    builder.tempfile_in(folder).map_err(|error| unwritable(error.kind().into()))
+    builder.tempfile_in(folder).map_err(|error| error.kind().into())
 }
 
 /// Whether two paths lead to one file that is there.
@@ -148,8 +160,7 @@ impl OutputFolder {
     pub fn create(folder: &Path) -> Result<Self, OutputError> {
         std::fs::create_dir_all(folder)
             .map_err(|source| OutputError::Unwritable { path: folder.to_owned(), source })?;
-        // Opened and dropped, which deletes the temporary file.
-        Output::create(&folder.join("probe"))?;
+        temporary(&folder.join("probe"))?;
         Ok(Self { folder: folder.to_owned() })
     }
 
@@ -200,6 +211,20 @@ mod tests {
         output.publish().unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "new");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file is left");
+    }
+
+    /// A run that Ctrl-C ends before it has a result drops nothing: there must be no file that would stay.
+    #[test]
+    fn exact_before_the_first_byte_there_is_no_temporary_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = || fs::read_dir(folder.path()).unwrap().count();
+        let mut output = Output::create(&folder.path().join("result.csv")).unwrap();
+        assert_eq!(files(), 0);
+        output.write_all(b"first").unwrap();
+        assert_eq!(files(), 1);
+        drop(output);
+        Output::create(&folder.path().join("empty.csv")).unwrap().publish().unwrap();
+        assert_eq!(fs::read(folder.path().join("empty.csv")).unwrap(), b"");
     }
 
     #[test]
