@@ -83,7 +83,7 @@ class Page {
       this.refusedKept = text;
     }
     if (of === "goOn" || of === "faults") {
-      this.pairs = this.pairsOpened;
+      this.pairs = new Map(this.pairsOpened);
       this.show();
     }
     document.body.dataset.refused = Number(document.body.dataset.refused ?? 0) + 1;
@@ -120,6 +120,11 @@ class Page {
   begun() {
     this.plots.begin();
     this.words.begin();
+  }
+
+  // Another target, or other faults, of the motor that runs.
+  taken({ pairs }) {
+    if (this.isOpen) this.pairsOpened = pairs;
   }
 
   named(values, columns) {
@@ -179,7 +184,7 @@ class Page {
     this.pairs.set(TARGET, String(degrees));
     if (degrees === this.normal.get(TARGET)) this.pairs.delete(TARGET);
     this.hand = null;
-    this.worker.postMessage({ kind: "goOn", scene: linesOf(this.pairs) });
+    this.worker.postMessage({ kind: "goOn", scene: linesOf(this.pairs), pairs: this.pairs });
     this.pause(false);
     this.show();
   }
@@ -200,9 +205,8 @@ class Page {
     else if (lasting < 0) words.push(`${word}@${at}..`);
     else words[lasting] = endedAt(words[lasting], at);
     this.pairs.set("faults", words.join(","));
-    this.worker.postMessage({ kind: "faults", scene: linesOf(this.pairs) });
+    this.worker.postMessage({ kind: "faults", scene: linesOf(this.pairs), pairs: this.pairs });
     this.show();
-    this.pairsOpened = new Map(this.pairs);
   }
 
   drive(mode, amplitude) {

@@ -1,6 +1,6 @@
 // The computing, in a thread of its own: the page draws while the motor runs.
 //
-//   page ---- open, run, goOn, faults, hand ----> worker ---- opened, ran, begun, refused ----> page
+//   page ---- open, run, goOn, faults, hand ----> worker ---- opened, ran, begun, taken, refused ----> page
 
 import load, { LoopView, faults, settings } from "./web.js";
 
@@ -53,15 +53,21 @@ function run(seconds) {
 
 // What comes before this answer is of the motion before.
 const begun = () => postMessage({ kind: "begun" });
+// The scene that runs from now on.
+const taken = (pairs) => postMessage({ kind: "taken", pairs });
 
 const requests = {
   open: ({ scene }) => postMessage(open(scene)),
   run: ({ seconds }) => run(seconds),
-  goOn: ({ scene }) => {
+  goOn: ({ scene, pairs }) => {
     view.go_on(scene);
     begun();
+    taken(pairs);
   },
-  faults: ({ scene }) => view.change_faults(scene),
+  faults: ({ scene, pairs }) => {
+    view.change_faults(scene);
+    taken(pairs);
+  },
   hand: ({ mode, amplitude }) => {
     view.drive_by_hand(mode, amplitude);
     begun();

@@ -117,6 +117,10 @@ fn moves_to_a_typed_target(visit: &mut Visit) {
     let said = visit.browser.promised("visitor.said(38)");
     let said = said.as_str().unwrap_or_default();
     visit.check(reached(said, "38"), &format!("of a target set by keys is said: {said}"));
+    // A target that is refused leaves that of the motor that runs.
+    visit.browser.promised("visitor.asked(() => visitor.target(1e6))");
+    let hash = visit.browser.evaluate("location.hash.slice(1)");
+    visit.check(hash == "position.to_deg=38", &format!("after a refused target the address has {hash}"));
     // A target that is set while an answer of the move before is on its way: that answer is not the new move's end.
     visit.browser.evaluate("visitor.forget(); visitor.meanwhile(() => visitor.target(41))");
     let said = visit.browser.promised("visitor.said(41)");

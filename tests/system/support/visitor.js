@@ -157,8 +157,8 @@ globalThis.visitor = (() => {
     .map((element) => element.outerHTML).join(" ");
 
   return {
-    until, pictures, moves, speed, target, forget, said, meanwhile, everySlider, everyFault, healthOfALostCamera,
-    canvasesChange, memoryAfter, nameless,
+    until, pictures, moves, speed, target, forget, said, asked, meanwhile, everySlider, everyFault,
+    healthOfALostCamera, canvasesChange, memoryAfter, nameless,
     loaded: () => performance.getEntriesByType("resource").map((entry) => entry.name)
       .filter((name) => !name.startsWith("data:")),
     cutTexts: () => [...document.querySelectorAll("canvas")].map((canvas) => canvas.dataset.clipped ?? "").join(""),
