@@ -13,7 +13,8 @@ pub(super) struct Scale {
     pub(super) span: Range<f64>,
     pub(super) ticks: Vec<f64>,
     pub(super) logarithmic: bool,
-    decimals: usize,
+    /// `None` where a tick's text has one significant digit.
+    decimals: Option<usize>,
     /// Of categories, which stand at 1, 2, 3 and so on.
     pub(super) names: Vec<String>,
 }
@@ -44,8 +45,8 @@ impl Scale {
             0.0..1.0
         };
         let (ticks, decimals) = match (!axis.names.is_empty(), logarithmic) {
-            (true, _) => ((1_u32..).map(f64::from).take(axis.names.len()).collect(), 0),
-            (false, true) => decades(&span),
+            (true, _) => ((1_u32..).map(f64::from).take(axis.names.len()).collect(), None),
+            (false, true) => logarithmic_ticks(&span, count),
             (false, false) => round_numbers(&span, count),
         };
         Self { span, ticks, logarithmic, decimals, names: axis.names.clone() }
@@ -69,13 +70,12 @@ impl Scale {
         if let Some((_, name)) = category {
             return name.clone();
         }
-        if self.logarithmic {
-            let value = power_of_ten(tick);
-            // One significant digit, by construction of the ticks.
+        let value = if self.logarithmic { power_of_ten(tick) } else { tick };
+        let Some(decimals) = self.decimals else {
             let text = format!("{value:.0e}");
             return text.parse().map_or(text, plain);
-        }
-        let text = format!("{tick:.*}", self.decimals);
+        };
+        let text = format!("{value:.decimals$}");
         let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
         if is_zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "\u{2212}") }
     }
@@ -114,7 +114,7 @@ pub(super) fn power_of_ten(exponent: f64) -> f64 {
 
 /// Multiples of 1, 2 or 5 times a power of ten, about `count` of them, and the decimals that distinguish them.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few ticks, a few decimals")]
-fn round_numbers(span: &Range<f64>, count: f64) -> (Vec<f64>, usize) {
+fn round_numbers(span: &Range<f64>, count: f64) -> (Vec<f64>, Option<usize>) {
     let rough = (span.end - span.start) / count;
     let decade = power_of_ten(rough.log10().floor());
     let step =
@@ -123,11 +123,21 @@ fn round_numbers(span: &Range<f64>, count: f64) -> (Vec<f64>, usize) {
     let first = (span.start / step - 1e-9).ceil();
     let ticks = (0..64_u8).map(|index| (first + f64::from(index)) * step);
     let ticks = ticks.take_while(|tick| *tick <= span.end + 1e-9 * step).collect();
-    (ticks, (-(step * 1.001).log10().floor()).clamp(0.0, 12.0) as usize)
+    (ticks, Some((-(step * 1.001).log10().floor()).clamp(0.0, 12.0) as usize))
+}
+
+/// Those of [`decades`], or round numbers where fewer than two of them are in the span.
+fn logarithmic_ticks(span: &Range<f64>, count: f64) -> (Vec<f64>, Option<usize>) {
+    let ticks = decades(span);
+    if ticks.len() >= 2 {
+        return (ticks, None);
+    }
+    let (ticks, decimals) = round_numbers(&(power_of_ten(span.start)..power_of_ten(span.end)), count);
+    (ticks.into_iter().map(f64::log10).collect(), decimals)
 }
 
 /// 1, 2 and 5 times each power of ten; only the powers where they are many, and every third where they are very many.
-fn decades(span: &Range<f64>) -> (Vec<f64>, usize) {
+fn decades(span: &Range<f64>) -> Vec<f64> {
     let wide = span.end - span.start;
     let (apart, digits): (f64, &[f64]) = match wide {
         _ if wide > 8.0 => (3.0, &[1.0]),
@@ -138,7 +148,7 @@ fn decades(span: &Range<f64>) -> (Vec<f64>, usize) {
     let ticks = (0..40_u8)
         .flat_map(|index| digits.iter().map(move |digit| first + apart * f64::from(index) + digit.log10()));
     let inside = |tick: &f64| *tick >= span.start - 1e-9 && *tick <= span.end + 1e-9;
-    (ticks.filter(inside).collect(), 0)
+    ticks.filter(inside).collect()
 }
 
 #[cfg(test)]
@@ -173,6 +183,13 @@ mod tests {
             texts(&Axis::new("").logarithmic(), &[0.1, 10.0]),
             ["0.1", "0.2", "0.5", "1", "2", "5", "10"]
         );
+    }
+
+    /// Less than a factor of two has one of 1, 2 and 5 times a power of ten, or none: no scale could be read off it.
+    #[test]
+    fn exact_a_narrow_logarithmic_axis_has_round_numbers() {
+        assert_eq!(texts(&Axis::new("").logarithmic(), &[1.0, 1.9]), ["1.0", "1.2", "1.4", "1.6", "1.8"]);
+        assert_eq!(texts(&Axis::new("").logarithmic(), &[210.0, 340.0]), ["250", "300"]);
     }
 
     #[test]

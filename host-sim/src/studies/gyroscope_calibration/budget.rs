@@ -105,7 +105,7 @@ impl Calibrations {
         };
         Panel::new(
             "Budget of the scale factor, root mean square over all runs",
-            Axis::new("scale factor (ppm)").logarithmic(),
+            Axis::new(format!("scale factor (ppm); at {SHOWN_MIN_PPM}: that or less")).logarithmic(),
             Axis::of_names("cause", names),
         )
         .height(300)
