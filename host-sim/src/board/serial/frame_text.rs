@@ -20,7 +20,7 @@ use motor_model::{Angle, Time};
 /// Bytes of a line at most.
 pub const LINE_BYTES_MAX: usize = 256;
 
-/// A camera frame with its time by the host's clock.
+/// A camera frame with its time of day.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HostFrame {
     /// Middle of the exposure in ns since 1970-01-01 UTC.

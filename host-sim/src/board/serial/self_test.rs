@@ -67,8 +67,8 @@ impl SerialSelfTest<'_> {
                 Seen::Message(_) => {}
                 Seen::Ticks(ticks) => send_plant(session, plant.as_mut(), begun_ticks, ticks)?,
                 Seen::Frame(frame) => {
-                    if let Some(clock) = session.clock() {
-                        session.send_camera(frame.on_board(clock.board_nanos(frame.exposed_nanos)))?;
+                    if let Some(frame) = session.on_board(&frame) {
+                        session.send_camera(frame)?;
                     }
                 }
             }

@@ -309,15 +309,14 @@ impl ArmedRun {
         if flow.is_break() { Err(Early::Interrupted) } else { Ok(is_over) }
     }
 
-    /// Sends a frame of the source, by the board's clock.
+    /// Takes a frame of the source. Frames from before the run are left out.
     fn host_frame(&mut self, frame: &HostFrame) -> Result<(), Early> {
-        let Some(clock) = self.session.clock() else { return Ok(()) };
-        let exposed_nanos = clock.board_nanos(frame.exposed_nanos);
-        if exposed_nanos < self.begun_ticks * PositionLoop::TICK_NANOS {
+        let Some(frame) = self.session.on_board(frame) else { return Ok(()) };
+        if frame.exposed_at.nanos() < self.begun_ticks * PositionLoop::TICK_NANOS {
             self.frames_early += 1;
             return Ok(());
         }
-        self.send_frame(frame.on_board(exposed_nanos))
+        self.send_frame(frame)
     }
 
     fn send_frame(&mut self, frame: CameraFrame) -> Result<(), Early> {

@@ -4,8 +4,9 @@
 //! the board are written at most at the line's rate.
 
 use std::io::{ErrorKind, Write as _};
+use std::sync::OnceLock;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use controller::PositionLoop;
 use controller::map_correction::LearntFactors;
@@ -53,10 +54,20 @@ pub(super) enum Event {
     SourceFailed(FrameTextError),
 }
 
-/// The host's clock: ns since 1970-01-01 UTC.
+/// The host's clock: ns since it was first read. It goes on where the time of day is set.
 pub(super) fn host_nanos() -> i64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
+    static BEGUN: OnceLock<Instant> = OnceLock::new();
+    nanos(BEGUN.get_or_init(Instant::now).elapsed())
+}
+
+/// The time of day: ns since 1970-01-01 UTC.
+fn day_nanos() -> i64 {
+    nanos(SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default())
+}
+
+/// A time of day by the host's clock, where one is `host_nanos` and the other `day_nanos` now.
+fn by_host_clock(time_nanos: i64, host_nanos: i64, day_nanos: i64) -> i64 {
+    time_nanos.saturating_sub(day_nanos).saturating_add(host_nanos)
 }
 
 /// A session with a board.
@@ -96,7 +107,7 @@ impl BoardSession {
         let reader = PortReader::start(reader, to_receiver);
         let now = host_nanos();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "any number does")]
-        let number = (now / 1_000_000) as u32;
+        let number = (day_nanos() / 1_000_000) as u32;
         let mut session = Self {
             port,
             _reader: reader,
@@ -211,6 +222,12 @@ impl BoardSession {
         let mut frame = [0; FRAME_BYTES_MAX];
         let length = encode(self.header(0), message, &mut frame)?;
         self.write(&frame[..length])
+    }
+
+    /// A frame of the source by the board's clock; `None` before that is known.
+    pub(super) fn on_board(&self, frame: &HostFrame) -> Option<CameraFrame> {
+        let exposed_nanos = by_host_clock(frame.exposed_nanos, host_nanos(), day_nanos());
+        self.clock().map(|clock| frame.on_board(clock.board_nanos(exposed_nanos)))
     }
 
     /// Sends a camera frame when the line is free; the frame as it goes over the line, and its bytes. Its instant is
@@ -434,3 +451,6 @@ pub(super) fn nanos(duration: Duration) -> i64 {
 pub(super) fn seconds(nanos: i64) -> f64 {
     nanos as f64 * 1e-9
 }
+
+#[cfg(test)]
+mod tests;
