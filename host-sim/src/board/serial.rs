@@ -17,6 +17,7 @@
 //! | `board_pace` | how slow the board is by the host's clock |
 //! | `session` | frames of one session, both ways |
 //! | [`frame_text`] | camera frames as lines of text |
+//! | `time_questions` | the questions that set the clocks, and which of them an answer is to |
 //! | `frame_source` | where camera frames come from |
 //! | `plant` | the simulated motor under the drive that the board reports: hardware in the loop |
 //! | `report_record` | what the board reports as a record of a run, and the frames that go with it |
@@ -43,6 +44,8 @@ pub mod clock;
 mod commissioned;
 mod description;
 mod error;
+#[cfg(all(test, unix))]
+mod fake_board;
 mod frame_source;
 pub mod frame_text;
 mod jog;
@@ -58,6 +61,7 @@ mod serial_run;
 mod session;
 mod task;
 mod task_filter;
+mod time_questions;
 
 pub use description::{DescriptionFigures, Keeping, keep};
 pub use error::SerialError;

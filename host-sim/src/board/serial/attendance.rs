@@ -14,6 +14,7 @@ use super::error::Stopped;
 use super::frame_text::HostFrame;
 use super::serial_run::{FIRST_QUESTIONS, KEEP_ALIVE, LOOK_EVERY, SILENCE_MAX};
 use super::session::{BoardSession, Event, host_nanos, nanos, seconds};
+use super::time_questions::is_time_answer;
 
 /// The board's time between two questions.
 const ASK_EVERY: std::time::Duration = std::time::Duration::from_millis(1);
@@ -99,7 +100,7 @@ impl Attendance<'_> {
             let wait = nanos(LOOK_EVERY).min(pace.host_nanos(ASK_EVERY));
             let Some(event) = session.next_event_until(now + wait) else { continue };
             let seen = match event {
-                Event::Board { header, message: BoardMessage::Counters(_), at_nanos, .. } => {
+                Event::Board { header, message, at_nanos, .. } if is_time_answer(&message) => {
                     is_asked = false;
                     pace.take(header.ticks, at_nanos);
                     self.check_time(header)?;

@@ -66,7 +66,7 @@ pub struct ClockSync {
 }
 
 impl ClockSync {
-    /// Adds an exchange. One whose answer came before its question is passed over: the host's clock was set back.
+    /// Adds an exchange. One whose answer came before its question is passed over: it is to another one.
     pub fn add(&mut self, exchange: Exchange) {
         if exchange.round_trip_nanos() < 0 {
             return;

@@ -26,6 +26,7 @@ use super::progress::{Progress, Watcher};
 use super::report_record::{ReportRecords, Reported, sd_deg};
 use super::session::{BoardSession, Event, host_nanos, nanos, seconds};
 use super::task::{BoardTask, WatchedTask};
+use super::time_questions::is_time_answer;
 use simulation::math::count::real;
 use simulation::runs::record::mode_word;
 use simulation::scene::Scene;
@@ -257,7 +258,7 @@ impl ArmedRun {
                 self.pace.take(header.ticks, at_nanos);
                 return self.report(header, &report, watcher);
             }
-            Event::Board { message: BoardMessage::Armed, .. } => {
+            Event::Board { message, .. } if is_time_answer(&message) => {
                 self.time_answers = self.time_answers.saturating_add(1);
                 self.time_answered = true;
             }

@@ -23,6 +23,7 @@ use super::clock::{BoardClock, ClockSync, Exchange};
 use super::frame_text::{FrameTextError, HostFrame};
 use super::line_rate::{LineLoad, LinePace};
 use super::port_reader::PortReader;
+use super::time_questions::{TimeQuestions, is_time_answer};
 use super::{SerialError, port};
 
 /// Time for the first answer.
@@ -85,7 +86,9 @@ pub(super) struct BoardSession {
     pub(super) last_sent: i64,
     /// When the last message of this session arrived.
     pub(super) last_heard: i64,
-    /// When the time was asked for and was not answered yet.
+    /// The questions whose answers tell the board's time, and when the last of them was sent that is to set the clocks.
+    /// What the board does in between may hold its time.
+    questions: TimeQuestions,
     asked: Option<i64>,
     sync: ClockSync,
     /// Load of the line to the board, and from it.
@@ -120,6 +123,7 @@ impl BoardSession {
             pace: LinePace::new(baud),
             last_sent: now,
             last_heard: now,
+            questions: TimeQuestions::default(),
             asked: None,
             sync: ClockSync::default(),
             load: [LineLoad::default(); 2],
@@ -221,7 +225,9 @@ impl BoardSession {
     pub(super) fn send(&mut self, message: &HostMessage) -> Result<(), SerialError> {
         let mut frame = [0; FRAME_BYTES_MAX];
         let length = encode(self.header(0), message, &mut frame)?;
-        self.write(&frame[..length])
+        self.write(&frame[..length])?;
+        self.questions.sent(message, self.last_sent);
+        Ok(())
     }
 
     /// A frame of the source by the board's clock; `None` before that is known.
@@ -278,34 +284,40 @@ impl BoardSession {
         if let Event::Board { header, message, at_nanos, bytes } = &event {
             self.load[1].add(*bytes);
             if header.session == self.number {
-                self.last_heard = *at_nanos;
-            }
-            let is_answer = matches!(message, BoardMessage::Armed | BoardMessage::Counters(_));
-            if let Some(sent_nanos) = self.asked.filter(|_| is_answer) {
-                self.asked = None;
-                self.sync.add(Exchange { sent_nanos, received_nanos: *at_nanos, ticks: header.ticks });
+                self.note(*header, message, *at_nanos);
             }
         }
         Some(event)
     }
 
+    /// Notes when a message of this session has arrived, and what it tells of the clocks.
+    fn note(&mut self, header: Header, message: &BoardMessage, at_nanos: i64) {
+        self.last_heard = at_nanos;
+        let asked = self.asked;
+        if let Some(sent_nanos) = self.questions.answered(message).filter(|sent| Some(*sent) == asked) {
+            self.sync.add(Exchange { sent_nanos, received_nanos: at_nanos, ticks: header.ticks });
+        }
+    }
+
     /// Asks a board that is armed whether it is; the answer sets the clocks. To an armed board this changes nothing.
+    /// Where the answer to such a question may still come, it is asked something else, or nothing.
     ///
     /// # Errors
     /// When the port is closed.
     pub(super) fn ask_time(&mut self) -> Result<(), SerialError> {
-        self.ask_time_by(&HostMessage::Arm)
+        self.ask_time_by(&[HostMessage::Arm, HostMessage::Count, HostMessage::Identify])
     }
 
-    /// Asks a board that is not to be armed for its counters; the answer sets the clocks.
+    /// Asks a board that is not to be armed for its counters, likewise.
     ///
     /// # Errors
     /// When the port is closed.
     pub(super) fn ask_time_unarmed(&mut self) -> Result<(), SerialError> {
-        self.ask_time_by(&HostMessage::Count)
+        self.ask_time_by(&[HostMessage::Count, HostMessage::Identify])
     }
 
-    fn ask_time_by(&mut self, question: &HostMessage) -> Result<(), SerialError> {
+    fn ask_time_by(&mut self, questions: &[HostMessage]) -> Result<(), SerialError> {
+        let Some(question) = self.questions.sure(questions, host_nanos()) else { return Ok(()) };
         self.send(question)?;
         self.asked = Some(self.last_sent);
         Ok(())
@@ -316,7 +328,7 @@ impl BoardSession {
     /// # Errors
     /// When the board refuses it, or does not answer.
     pub(super) fn arm(&mut self) -> Result<u64, SerialError> {
-        self.ask_time()?;
+        self.ask_time_by(&[HostMessage::Arm])?;
         self.answer("arming", |answer| *answer == BoardMessage::Armed).map(|(header, _)| header.ticks)
     }
 
@@ -373,8 +385,7 @@ impl BoardSession {
     /// # Errors
     /// When the board does not answer.
     pub(super) fn answered_ticks(&mut self, what: &'static str) -> Result<u64, SerialError> {
-        self.answer(what, |answer| matches!(answer, BoardMessage::Counters(_)))
-            .map(|(header, _)| header.ticks)
+        self.answer(what, is_time_answer).map(|(header, _)| header.ticks)
     }
 
     fn answer(
@@ -452,5 +463,5 @@ pub(super) fn seconds(nanos: i64) -> f64 {
     nanos as f64 * 1e-9
 }
 
-#[cfg(test)]
+#[cfg(all(test, unix))]
 mod tests;

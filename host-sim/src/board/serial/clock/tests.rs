@@ -75,6 +75,30 @@ fn exact_unequal_delays_err_by_half_their_difference() {
     assert!((clock.uncertainty_nanos(HOST) - 805_000.0).abs() < 1e-6);
 }
 
+/// Bytes that wait in an adapter delay questions, or answers, by 40 ms from some time on: a delay of one way alone. The
+/// error is within the uncertainty, and the uncertainty tells of the delay.
+#[test]
+fn law_what_waits_on_one_way_is_within_the_uncertainty() {
+    let truth = Truth { start: -1e9, drift: 5e-5 };
+    for (there, back) in [(40_000_000, 0), (0, 40_000_000)] {
+        let mut sync = ClockSync::default();
+        let mut now = 0;
+        for n in 0..64 {
+            let waits = n >= 32;
+            let delay = |more: i64| 150_000 + if waits { more } else { 0 };
+            sync.add(truth.exchange(now, delay(there), delay(back)));
+            now += 100_000_000;
+            let clock = sync.at(HOST + now).unwrap();
+            let error = clock.board_nanos(HOST + now) as f64 - truth.board(now as f64);
+            let bound = clock.uncertainty_nanos(HOST + now);
+            // Of a single exchange it leaves the drift out.
+            let drift = if clock.drift().is_none() { 5e-5 * now as f64 } else { 0.0 };
+            assert!(error.abs() <= bound * (1.0 + 5e-5) + drift + 1.0, "{n}: {error} {bound}");
+        }
+        assert!(sync.at(HOST + now).unwrap().uncertainty_nanos(HOST + now) > 20_000_000.0);
+    }
+}
+
 #[test]
 fn exact_no_exchange_no_clock_and_no_time_before_the_start() {
     let mut sync = ClockSync::default();

@@ -1,0 +1,65 @@
+//! For tests: a board at the other end of a pseudo-terminal, that says what a test lets it say.
+
+use std::io::{Read as _, Write as _};
+
+use controller::PositionLoop;
+use link::{BoardMessage, Deframer, FRAME_BYTES_MAX, Header, HostMessage, LINE_BAUD, decode, encode};
+use serialport::{SerialPort as _, TTYPort};
+
+use super::session::BoardSession;
+
+/// The board.
+pub(super) struct FakeBoard {
+    line: TTYPort,
+    /// Held open, so that there is a line before a session opens it.
+    _port: TTYPort,
+    deframer: Deframer,
+    pub(super) session: u32,
+    sequence: u32,
+}
+
+impl FakeBoard {
+    /// A session that has begun, and its board.
+    pub(super) fn with_session() -> (BoardSession, Self) {
+        let (line, port) = TTYPort::pair().unwrap();
+        let name = port.name().unwrap();
+        let mut board = Self { line, _port: port, deframer: Deframer::default(), session: 0, sequence: 0 };
+        let board = std::thread::spawn(move || {
+            let mut hello = std::iter::repeat_with(|| board.frame()).flatten().next().unwrap();
+            board.session = decode::<HostMessage>(&mut hello).unwrap().0.session;
+            board.says(0, &BoardMessage::Welcome { tick_nanos: PositionLoop::TICK_NANOS });
+            board
+        });
+        let session = BoardSession::open(&name, LINE_BAUD).unwrap();
+        (session, board.join().unwrap())
+    }
+
+    /// The next frame of the host, without its zero; `None` if there is none for a tenth of a second.
+    pub(super) fn frame(&mut self) -> Option<Vec<u8>> {
+        let mut byte = [0];
+        while self.line.read_exact(&mut byte).is_ok() {
+            if let Some(frame) = self.deframer.push(byte[0]) {
+                return Some(frame.to_vec());
+            }
+        }
+        None
+    }
+
+    /// The next message of the host that does not begin the session.
+    pub(super) fn hears(&mut self) -> HostMessage {
+        loop {
+            match decode(&mut self.frame().unwrap()).unwrap().1 {
+                HostMessage::Hello => {}
+                message => return message,
+            }
+        }
+    }
+
+    pub(super) fn says(&mut self, ticks: u64, message: &BoardMessage) {
+        let mut frame = [0; FRAME_BYTES_MAX];
+        let header = Header { session: self.session, sequence: self.sequence, ticks };
+        self.sequence += 1;
+        let length = encode(header, message, &mut frame).unwrap();
+        self.line.write_all(&frame[..length]).unwrap();
+    }
+}
