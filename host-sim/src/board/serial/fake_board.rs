@@ -62,4 +62,14 @@ impl FakeBoard {
         let length = encode(header, message, &mut frame).unwrap();
         self.line.write_all(&frame[..length]).unwrap();
     }
+
+    /// The line loses the next frames.
+    pub(super) fn lose(&mut self, frames: u32) {
+        self.sequence += frames;
+    }
+
+    /// The board begins the session anew, as after a reset.
+    pub(super) fn begin_anew(&mut self) {
+        self.sequence = 0;
+    }
 }

@@ -89,6 +89,8 @@ pub struct LineFigures {
     pub frames_early: u64,
     /// Reports received.
     pub reports: u64,
+    /// Messages of the board that the line has lost or damaged, by the gaps in their sequence.
+    pub lost_from_board: u64,
 }
 
 /// What became of a move.
@@ -317,7 +319,11 @@ impl fmt::Display for SessionFigures {
         if line.frames_early > 0 {
             write!(f, ", {} left out from before the run", line.frames_early)?;
         }
-        writeln!(f, "; {} reports", line.reports)?;
+        write!(f, "; {} reports", line.reports)?;
+        if line.lost_from_board > 0 {
+            write!(f, ", {} messages of the board lost or damaged", line.lost_from_board)?;
+        }
+        writeln!(f)?;
         let Some(counters) = self.counters else { return Ok(()) };
         let CounterFigures { lost_or_damaged, dropped, overruns, stack_bytes_max } = counters;
         writeln!(

@@ -189,8 +189,9 @@ impl ArmedRun {
         (begun_ticks, zero): (u64, Angle),
     ) -> Self {
         let now = host_nanos();
-        // That of the run alone, without its preparation.
+        // Those of the run alone, without its preparation.
         session.load = [LineLoad::default(); 2];
+        session.lost = 0;
         Self {
             session,
             identity,
@@ -411,6 +412,7 @@ impl ArmedRun {
                 frame_bytes: self.frame_bytes,
                 frames_early: self.frames_early,
                 reports: self.reports,
+                lost_from_board: self.session.lost,
             },
             counters: counters.map(CounterFigures::from),
         };

@@ -13,8 +13,8 @@ use controller::map_correction::LearntFactors;
 use estimator::CameraFrame;
 use link::camera_frame::UNIT_NANOS;
 use link::{
-    BoardFault, BoardIdentity, BoardMessage, Counters, DescriptionDigests, FRAME_BYTES_MAX, Header,
-    HostMessage, encode, encode_camera,
+    Arrival, BoardFault, BoardIdentity, BoardMessage, Counters, DescriptionDigests, FRAME_BYTES_MAX, Header,
+    HostMessage, Sequence, encode, encode_camera,
 };
 use motor_model::Time;
 use serialport::SerialPort;
@@ -91,6 +91,10 @@ pub(super) struct BoardSession {
     questions: TimeQuestions,
     asked: Option<i64>,
     sync: ClockSync,
+    /// The number that is expected of the board's next frame.
+    incoming: Sequence,
+    /// Frames of the board that the line has lost or damaged.
+    pub(super) lost: u64,
     /// Load of the line to the board, and from it.
     pub(super) load: [LineLoad; 2],
 }
@@ -126,6 +130,8 @@ impl BoardSession {
             questions: TimeQuestions::default(),
             asked: None,
             sync: ClockSync::default(),
+            incoming: Sequence::default(),
+            lost: 0,
             load: [LineLoad::default(); 2],
         };
         session.hello()?;
@@ -290,9 +296,15 @@ impl BoardSession {
         Some(event)
     }
 
-    /// Notes when a message of this session has arrived, and what it tells of the clocks.
+    /// Notes when a message of this session has arrived, what is missing before it, and what it tells of the clocks.
     fn note(&mut self, header: Header, message: &BoardMessage, at_nanos: i64) {
         self.last_heard = at_nanos;
+        if let BoardMessage::Welcome { .. } = message {
+            // A board that has started anew counts anew.
+            self.incoming = Sequence::after(header.sequence);
+        } else if let Arrival::New { lost } = self.incoming.judge(header.sequence) {
+            self.lost += u64::from(lost);
+        }
         let asked = self.asked;
         if let Some(sent_nanos) = self.questions.answered(message).filter(|sent| Some(*sent) == asked) {
             self.sync.add(Exchange { sent_nanos, received_nanos: at_nanos, ticks: header.ticks });

@@ -40,6 +40,27 @@ fn exact_an_answer_of_another_session_sets_no_clock() {
     assert!(next(&mut session).is_some() && session.clock().is_none());
 }
 
+/// Frames that the line loses are counted, and a board that begins anew has lost none.
+#[test]
+fn exact_lost_frames_of_the_board_are_counted() {
+    let (mut session, mut board) = FakeBoard::with_session();
+    for lost in [0, 2, 0, 1] {
+        board.lose(lost);
+        board.says(5, &BoardMessage::Stopped);
+        assert!(next(&mut session).is_some());
+    }
+    assert_eq!(session.lost, 3);
+    board.begin_anew();
+    board.says(5, &BoardMessage::Welcome { tick_nanos: PositionLoop::TICK_NANOS });
+    board.says(5, &BoardMessage::Stopped);
+    assert!(next(&mut session).is_some() && next(&mut session).is_some());
+    assert_eq!(session.lost, 3);
+    board.lose(1);
+    board.says(5, &BoardMessage::Stopped);
+    assert!(next(&mut session).is_some());
+    assert_eq!(session.lost, 4);
+}
+
 /// A frame of 3 ms ago was 3 ms ago by the host's clock too, whatever the time of day was set to before.
 #[test]
 fn exact_times_of_day_by_the_host_s_clock() {
