@@ -19,6 +19,7 @@
 //! | [`frame_text`] | camera frames as lines of text |
 //! | `time_questions` | the questions that set the clocks, and which of them an answer is to |
 //! | `frame_source` | where camera frames come from |
+//! | `fresh_frames` | which of them are sent: no old one where a newer one waits |
 //! | `plant` | the simulated motor under the drive that the board reports: hardware in the loop |
 //! | `report_record` | what the board reports as a record of a run, and the frames that go with it |
 //! | `progress` | what is known in the middle of a run, and who sees it |
@@ -48,6 +49,7 @@ mod error;
 mod fake_board;
 mod frame_source;
 pub mod frame_text;
+mod fresh_frames;
 mod jog;
 mod line_rate;
 mod outcome;

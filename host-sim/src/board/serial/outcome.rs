@@ -87,6 +87,8 @@ pub struct LineFigures {
     pub frame_bytes: u64,
     /// Camera frames that were exposed before the board was armed, and not sent.
     pub frames_early: u64,
+    /// Camera frames that were older than the camera's latency and 10.3 ms while a newer one waited, and not sent.
+    pub frames_old: u64,
     /// Reports received.
     pub reports: u64,
     /// Messages of the board that the line has lost or damaged, by the gaps in their sequence.
@@ -318,6 +320,9 @@ impl fmt::Display for SessionFigures {
         write!(f, "frames             {} sent", line.frames_sent)?;
         if line.frames_early > 0 {
             write!(f, ", {} left out from before the run", line.frames_early)?;
+        }
+        if line.frames_old > 0 {
+            write!(f, ", {} left out, since newer ones waited", line.frames_old)?;
         }
         write!(f, "; {} reports", line.reports)?;
         if line.lost_from_board > 0 {

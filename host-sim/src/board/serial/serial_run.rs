@@ -17,6 +17,7 @@ use super::description::{DescriptionFigures, Keeping, Preparation, prepare};
 use super::error::Stopped;
 use super::frame_source::FrameSource;
 use super::frame_text::HostFrame;
+use super::fresh_frames::FreshFrames;
 use super::line_rate::{LineLoad, bytes_per_s};
 use super::outcome::{
     ClockFigures, CounterFigures, IdentityFigures, LineFigures, SerialOutcome, SessionFigures,
@@ -97,7 +98,8 @@ impl SerialRun<'_> {
         })?;
         // Not before: what waits for an answer passes over the end of a source.
         self.source.forward_to(session.sender());
-        let mut armed = ArmedRun::new(session, task, (identity, description), plant, (ticks, zero));
+        let frames = FreshFrames::new(latency_nanos(self.scene).saturating_add(SHORT_AGE_NANOS));
+        let mut armed = ArmedRun::new(session, task, (identity, description), (plant, frames), (ticks, zero));
         let ending = armed.watch(self.interrupted, watcher);
         armed.end(ending)
     }
@@ -115,15 +117,20 @@ impl SerialRun<'_> {
 /// Refuses a camera whose frames the line does not carry. Those of a late camera are longer.
 pub(super) fn check_frames(scene: &Scene, baud: u32) -> Result<(), SerialError> {
     let frame_rate_hz = scene.number("camera.frame_rate_hz");
-    let age_s =
-        real(scene.integer("camera.latency_frames")) / frame_rate_hz + scene.number("camera.latency_s");
-    let is_late = 1e9 * age_s > real(SHORT_AGE_NANOS);
+    let is_late = latency_nanos(scene) > SHORT_AGE_NANOS;
     let most_hz = most_frames_hz(if is_late { LONG_FRAME_BYTES } else { SHORT_FRAME_BYTES }, baud);
     let needed_baud = f64::from(baud) * frame_rate_hz / most_hz;
     if frame_rate_hz > most_hz {
         return Err(SerialError::LineTooSlow { frame_rate_hz, needed_baud, most_hz, baud });
     }
     Ok(())
+}
+
+/// Time in ns from the middle of an exposure until its frame is there.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive, and at most 20 s")]
+fn latency_nanos(scene: &Scene) -> u64 {
+    let frames_s = real(scene.integer("camera.latency_frames")) / scene.number("camera.frame_rate_hz");
+    (1e9 * (frames_s + scene.number("camera.latency_s"))).ceil() as u64
 }
 
 /// The most frames in a second of so many bytes.
@@ -162,6 +169,7 @@ struct ArmedRun {
     identity: IdentityFigures,
     description: DescriptionFigures,
     plant: Option<PlantInTheLoop>,
+    frames: FreshFrames,
     records: ReportRecords,
     armed_at: i64,
     begun_ticks: u64,
@@ -185,7 +193,7 @@ impl ArmedRun {
         mut session: BoardSession,
         task: WatchedTask,
         (identity, description): (IdentityFigures, DescriptionFigures),
-        plant: Option<PlantInTheLoop>,
+        (plant, frames): (Option<PlantInTheLoop>, FreshFrames),
         (begun_ticks, zero): (u64, Angle),
     ) -> Self {
         let now = host_nanos();
@@ -197,6 +205,7 @@ impl ArmedRun {
             identity,
             description,
             plant,
+            frames,
             records: ReportRecords::new(Time::from_nanos(begun_ticks * PositionLoop::TICK_NANOS)),
             armed_at: now,
             begun_ticks,
@@ -251,7 +260,11 @@ impl ArmedRun {
         if let Some(message) = self.task.due(now) {
             self.session.send(&message)?;
         }
-        let Some(event) = self.session.next_event_until(now + nanos(LOOK_EVERY)) else {
+        let wait = if self.frames.is_waiting() { 0 } else { nanos(LOOK_EVERY) };
+        let Some(event) = self.session.next_event_until(now + wait) else {
+            if let Some(frame) = self.frames.take_waiting() {
+                self.send_frame(frame)?;
+            }
             return Ok(false);
         };
         match event {
@@ -297,7 +310,7 @@ impl ArmedRun {
             let begun_nanos = self.begun_ticks * PositionLoop::TICK_NANOS;
             for frame in plant.take_frames() {
                 let exposed_at = frame.exposed_at.plus_nanos(begun_nanos);
-                self.send_frame(CameraFrame { exposed_at, ..frame })?;
+                self.take_frame(CameraFrame { exposed_at, ..frame })?;
             }
         }
         let mut flow = ControlFlow::Continue(());
@@ -318,7 +331,13 @@ impl ArmedRun {
             self.frames_early += 1;
             return Ok(());
         }
-        self.send_frame(frame)
+        self.take_frame(frame)
+    }
+
+    /// Sends a frame. An old one waits until it is known whether there is a newer one.
+    fn take_frame(&mut self, frame: CameraFrame) -> Result<(), Early> {
+        let now_nanos = self.session.clock().map_or(0, |clock| clock.board_nanos(host_nanos()));
+        self.frames.take(frame, now_nanos).map_or(Ok(()), |frame| self.send_frame(frame))
     }
 
     fn send_frame(&mut self, frame: CameraFrame) -> Result<(), Early> {
@@ -411,6 +430,7 @@ impl ArmedRun {
                 frames_sent: self.frames_sent,
                 frame_bytes: self.frame_bytes,
                 frames_early: self.frames_early,
+                frames_old: self.frames.left_out,
                 reports: self.reports,
                 lost_from_board: self.session.lost,
             },
@@ -419,6 +439,9 @@ impl ArmedRun {
         SerialOutcome { task: self.task.figures(reported.as_ref(), truth), session, learnt }
     }
 }
+
+#[cfg(all(test, unix))]
+mod heap_tests;
 
 #[cfg(test)]
 mod tests {
