@@ -30,15 +30,16 @@ impl FrameSource {
         }
     }
 
-    /// Refuses a file that is not there. A named pipe is not opened yet: that waits for its writer.
+    /// Refuses a file that is not there, and a folder. A named pipe is not opened yet: that waits for its writer.
     ///
     /// # Errors
-    /// When the file cannot be found.
+    /// When the file cannot be found, or is a folder.
     pub fn check(&self) -> Result<(), OutputError> {
         let Self::File(path) = self else { return Ok(()) };
-        let found = std::fs::metadata(path);
-        found.map_err(|source| OutputError::Unreadable { path: path.clone(), source })?;
-        Ok(())
+        let found = std::fs::metadata(path).and_then(|found| {
+            if found.is_dir() { Err(std::io::ErrorKind::IsADirectory.into()) } else { Ok(()) }
+        });
+        found.map_err(|source| OutputError::Unreadable { path: path.clone(), source })
     }
 
     /// Reads lines into `events` from a thread of its own; nothing of the plant, which has none.
@@ -105,5 +106,20 @@ fn next_frame(text: &mut FrameText, source: &mut impl BufRead) -> Result<Option<
                 return Err(FrameTextError::Unreadable { at: text.place(), reason: error.to_string() });
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_folder_is_no_source() {
+        let folder = tempfile::tempdir().unwrap();
+        let checked = FrameSource::File(folder.path().to_owned()).check().unwrap_err();
+        assert!(checked.to_string().contains("is a directory"), "{checked}");
+        assert!(
+            FrameSource::named("-").check().is_ok() && FrameSource::named("no-such-file").check().is_err()
+        );
     }
 }
