@@ -155,8 +155,7 @@ impl From<SerialError> for Early {
 pub(super) fn set_clocks(session: &mut BoardSession) -> Result<u64, SerialError> {
     let mut ticks = 0;
     for _ in 0..FIRST_QUESTIONS {
-        session.ask_time_unarmed()?;
-        ticks = session.answered_ticks("the question for its time")?;
+        ticks = session.ticks_unarmed()?;
     }
     Ok(ticks)
 }

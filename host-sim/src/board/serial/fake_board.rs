@@ -45,14 +45,11 @@ impl FakeBoard {
         None
     }
 
-    /// The next message of the host that does not begin the session.
+    /// The next message of the host that does not begin the session. It waits for one for two seconds.
     pub(super) fn hears(&mut self) -> HostMessage {
-        loop {
-            match decode(&mut self.frame().unwrap()).unwrap().1 {
-                HostMessage::Hello => {}
-                message => return message,
-            }
-        }
+        let frames = std::iter::repeat_with(|| self.frame()).take(20).flatten();
+        let mut messages = frames.map(|mut frame| decode(&mut frame).unwrap().1);
+        messages.find(|message| *message != HostMessage::Hello).unwrap()
     }
 
     pub(super) fn says(&mut self, ticks: u64, message: &BoardMessage) {

@@ -346,8 +346,8 @@ impl BoardSession {
 
     /// The board's counters; `None` if it does not tell them.
     pub(super) fn counters(&mut self) -> Option<Counters> {
-        self.send(&HostMessage::Count).ok()?;
-        match self.answer("its counters", |answer| matches!(answer, BoardMessage::Counters(_))) {
+        let told = |answer: &BoardMessage| matches!(answer, BoardMessage::Counters(_));
+        match self.ask_again(&HostMessage::Count, "its counters", told) {
             Ok((_, BoardMessage::Counters(counters))) => Some(counters),
             _ => None,
         }
@@ -355,11 +355,27 @@ impl BoardSession {
 
     /// What the move of the board has learnt of its motor; `None` if it does not tell it.
     pub(super) fn learnt(&mut self) -> Option<LearntFactors> {
-        self.send(&HostMessage::Learnt).ok()?;
-        match self.answer("what it has learnt", |answer| matches!(answer, BoardMessage::Learnt(_))) {
+        let told = |answer: &BoardMessage| matches!(answer, BoardMessage::Learnt(_));
+        match self.ask_again(&HostMessage::Learnt, "what it has learnt", told) {
             Ok((_, BoardMessage::Learnt(learnt))) => Some(learnt.into()),
             _ => None,
         }
+    }
+
+    /// The answer to `question`. The line may lose either: it is asked again, once.
+    fn ask_again(
+        &mut self,
+        question: &HostMessage,
+        what: &'static str,
+        is_answer: impl Fn(&BoardMessage) -> bool,
+    ) -> Result<(Header, BoardMessage), SerialError> {
+        self.send(question)?;
+        match self.answer_within(LATE_AFTER, what, &is_answer) {
+            Err(SerialError::Unanswered { .. }) => {}
+            answered => return answered,
+        }
+        self.send(question)?;
+        self.answer(what, is_answer)
     }
 
     /// Sends `message` and waits for its answer, which is `expected`. The board answers in order: where it answers a
@@ -392,12 +408,22 @@ impl BoardSession {
         Ok(())
     }
 
-    /// Waits for the answer to [`Self::ask_time_unarmed`]; the board's count of ticks then.
+    /// The count of ticks of a board that is not to be armed; its answer sets the clocks. The line may lose it or the
+    /// question: it is asked again, once.
     ///
     /// # Errors
     /// When the board does not answer.
-    pub(super) fn answered_ticks(&mut self, what: &'static str) -> Result<u64, SerialError> {
-        self.answer(what, is_time_answer).map(|(header, _)| header.ticks)
+    pub(super) fn ticks_unarmed(&mut self) -> Result<u64, SerialError> {
+        let what = "the question for its time";
+        self.ask_time_unarmed()?;
+        let answered = match self.answer_within(LATE_AFTER, what, is_time_answer) {
+            Err(SerialError::Unanswered { .. }) => {
+                self.ask_time_unarmed()?;
+                self.answer(what, is_time_answer)
+            }
+            answered => answered,
+        };
+        answered.map(|(header, _)| header.ticks)
     }
 
     fn answer(

@@ -1,3 +1,6 @@
+use controller::map_correction::MapCorrection;
+use link::ResetCause;
+
 use super::*;
 use crate::board::serial::fake_board::FakeBoard;
 
@@ -6,6 +9,10 @@ fn next(session: &mut BoardSession) -> Option<BoardMessage> {
         Event::Board { message, .. } => Some(message),
         event => panic!("{event:?}"),
     }
+}
+
+fn identity() -> BoardIdentity {
+    BoardIdentity { loop_digest: 0, reset_cause: ResetCause::Power.into() }
 }
 
 /// The board answers 20 ms late, when it is asked again. The round trip is that of 20 ms, or there is none.
@@ -59,6 +66,27 @@ fn exact_lost_frames_of_the_board_are_counted() {
     board.says(5, &BoardMessage::Stopped);
     assert!(next(&mut session).is_some());
     assert_eq!(session.lost, 4);
+}
+
+/// What the line has lost is asked again: the time by another question, what was learnt by the same.
+#[test]
+fn exact_a_lost_question_is_asked_again() {
+    let (mut session, mut board) = FakeBoard::with_session();
+    let learnt = LearntFactors::from(&MapCorrection::of(controller::ResponseMap::table_1()));
+    let board = std::thread::spawn(move || {
+        let asked = [board.hears(), board.hears()];
+        board.says(7, &BoardMessage::Identity(identity()));
+        let asked_then = [board.hears(), board.hears()];
+        board.says(8, &BoardMessage::Learnt(learnt.into()));
+        // The line is open as long as the board is there.
+        (board, asked, asked_then)
+    });
+    assert_eq!(session.ticks_unarmed().unwrap(), 7);
+    assert!(session.clock().is_some());
+    assert_eq!(session.learnt(), Some(learnt));
+    let (_, asked, asked_then) = board.join().unwrap();
+    assert_eq!(asked, [HostMessage::Count, HostMessage::Identify]);
+    assert_eq!(asked_then, [HostMessage::Learnt, HostMessage::Learnt]);
 }
 
 /// A frame of 3 ms ago was 3 ms ago by the host's clock too, whatever the time of day was set to before.
