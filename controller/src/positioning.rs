@@ -75,7 +75,7 @@ pub struct Positioning {
     /// Bursts since the rotor was last seen to be turned.
     untested: u8,
     probe: Option<Probe>,
-    /// Where the last cruise began, and the cruise as it was cut, until that is tested.
+    /// Where the last cruise began, and the cruise as it ended, until that is tested.
     cruised: Driven,
     cut: Option<Cruise>,
     /// Whether the target has changed during the present cruise.

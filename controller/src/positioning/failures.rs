@@ -14,8 +14,8 @@
 //! else                         no turn
 //! ```
 //!
-//! So is a cruise that was cut: a filter that predicts the rotor's motion takes a stuck rotor for one that arrives,
-//! until it is measured at rest.
+//! So is a cruise that was cut, or that ended with the loss of the estimate. A filter that predicts the rotor's motion
+//! takes a stuck rotor for one that arrives, or refuses the frames that contradict it, until it is measured at rest.
 
 use estimator::Estimate;
 use motor_model::{DriveMode, Time};
@@ -106,7 +106,7 @@ impl Positioning {
         (matches!(outcome, PositioningPhase::Stopped(_)) || self.probe.is_some()).then_some(outcome)
     }
 
-    /// Tests the last cruise, if it was cut; the phase that follows, if the next drive is to be planned anew.
+    /// Tests the last cruise; the phase that follows, if the next drive is to be planned anew.
     // As rare as a cruise.
     #[cold]
     #[inline(never)]

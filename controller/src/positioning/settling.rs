@@ -36,7 +36,11 @@ impl Positioning {
             // As after a jolt, the move begins anew.
             self.retarget(self.target, now);
         }
-        self.forget();
+        self.rest.forget();
+        if let PositioningPhase::Cruise { cruise, .. } = self.phase {
+            // Where the rotor is found again tells whether it turned.
+            self.cut = Some(cruise);
+        }
         let since = *self.blind_since.get_or_insert(now);
         if now.nanos_since(since) > self.tuning.blind_max_nanos {
             PositioningPhase::Stopped(StopReason::NoEstimate)

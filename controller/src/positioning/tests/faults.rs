@@ -86,18 +86,24 @@ fn law_a_weak_cruise_that_seems_to_arrive_is_followed_by_a_stronger_one() {
     assert_eq!(scenario.phase(), PositioningPhase::Holding, "{}", scenario.mdeg);
 }
 
-/// A rotor that is lost on its way is not stuck: where it is found again says nothing of the cruise.
+/// K3: a filter that predicts the rotor's motion refuses the frames of a stuck rotor, and the estimate is lost in each
+/// cruise. A rotor that is found elsewhere turns.
 #[test]
-fn law_a_lost_estimate_is_no_stuck_rotor() {
-    let mut scenario = Scenario::new(90e3, 0.5);
-    for _ in 0..3 * FAILURES_MAX {
-        scenario.rest();
-        assert!(matches!(scenario.phase(), PositioningPhase::Cruise { .. }), "{:?}", scenario.phase());
-        scenario.cruise(1.0);
-        scenario.now = scenario.now.plus_nanos(TICK);
-        scenario.positioning.decide(map(), scenario.now, None, Health::Waiting);
-        (scenario.mdeg, scenario.positioning.nearest_rad) = (0.0, f32::INFINITY);
-        scenario.rest();
+fn law_a_rotor_that_is_lost_in_each_cruise_and_found_where_it_was_is_given_up() {
+    for (turned_mdeg, stalled) in [(0.0, true), (1000.0, false)] {
+        let mut scenario = Scenario::new(90e3, 0.5);
+        for _ in 0..2 * FAILURES_MAX {
+            while !matches!(scenario.phase(), PositioningPhase::Cruise { .. } | PositioningPhase::Stopped(_))
+            {
+                scenario.rest();
+            }
+            scenario.mdeg += turned_mdeg;
+            scenario.now = scenario.now.plus_nanos(4_000_000);
+            scenario.positioning.decide(map(), scenario.now, None, Health::Unusable(Reason::Uncertain));
+            scenario.ring_down();
+        }
+        let end = PositioningPhase::Stopped(StopReason::Stalled);
+        assert_eq!(scenario.phase() == end, stalled, "{turned_mdeg} {:?}", scenario.phase());
     }
 }
 
