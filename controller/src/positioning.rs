@@ -23,8 +23,8 @@
 //! The drive is on in `Cruise`, `Burst` and `Brake` only, and off within a tick of the loss of the estimate. What to
 //! drive is decided in [`crate::drive_plan`]; the angle at rest comes from [`crate::rest_filter`], how this motor
 //! differs from the map from [`crate::map_correction`], and whether a cruise turns the rotor from
-//! [`crate::progress_window`]. A cruise is in [`cruise`], a drive that fails in [`failures`], and a rotor with the drive
-//! off in [`settling`].
+//! [`crate::progress_window`]. A cruise is in [`cruise`], a drive that fails in [`failures`], and a rotor with the
+//! drive off in [`settling`].
 
 mod cruise;
 mod failures;

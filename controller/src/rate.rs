@@ -11,8 +11,8 @@
 //! is slowed by friction; it is driven back only when it is ahead by more than [`RateTuning::ahead_rad`]. A rate of
 //! exactly 0 means rest: the drive is off, and the reference is where the rotor comes to rest.
 //!
-//! A rotor that does not follow, the end of the travel, too long a drive and too long a time without an estimate end the
-//! hold ([`limits`]): the drive is off until another rate is followed.
+//! A rotor that does not follow, the end of the travel, too long a drive and too long a time without an estimate end
+//! the hold ([`limits`]): the drive is off until another rate is followed.
 
 mod limits;
 mod profile;

@@ -27,8 +27,8 @@ fn law_a_stuck_rotor_is_given_up() {
     assert!((windows..windows + 10 * u64::from(FAILURES_MAX) * TICK).contains(&on_nanos), "{on_nanos}");
 }
 
-/// K3: a filter that predicts the rotor's motion takes a stuck rotor for one that arrives, cruise after cruise, until it
-/// is measured at rest.
+/// K3: a filter that predicts the rotor's motion takes a stuck rotor for one that arrives, cruise after cruise, until
+/// it is measured at rest.
 #[test]
 fn law_a_stuck_rotor_that_seems_to_arrive_is_given_up() {
     // Each within a window.
