@@ -80,12 +80,12 @@ impl Positioning {
             self.cut = Some(cruise);
             return Some(self.coast(direction, coast_rad, math::sqrt_f32(spread_rad2)));
         }
-        if let Some(cruise) = self.another(map, &cruise, remaining_rad, retargeted) {
-            // A window across both would credit this cruise with the rate of that before it.
-            let progress = ProgressWindow::from(now, estimate);
-            return Some(PositioningPhase::Cruise { cruise, since, progress });
+        let another = self.another(map, &cruise, remaining_rad, retargeted);
+        if another.is_none() && next_window.is_none() {
+            return None;
         }
-        next_window.map(|progress| PositioningPhase::Cruise { cruise, since, progress })
+        let (cruise, progress) = (another.unwrap_or(cruise), next_window.unwrap_or(progress));
+        Some(PositioningPhase::Cruise { cruise, since, progress })
     }
 
     pub(super) fn learn_rate(&mut self, cruise: &Cruise, rate_rad_s: f32) {

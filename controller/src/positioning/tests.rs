@@ -318,18 +318,6 @@ fn law_a_weak_cruise_is_as_strong_as_another_target_asks_for() {
     }
 }
 
-/// The rate of a strong cruise is not that of the weaker one that follows it: the factor of a motor like the map's
-/// stays 1, but for the rounding of the angle.
-#[test]
-fn law_a_window_has_one_cruise() {
-    let mut scenario = Scenario::new(-90e3, 0.5);
-    while !matches!(scenario.phase(), PositioningPhase::Holding) {
-        scenario.drive(|_, _| 1.0);
-        let scale = scenario.positioning.correction().rate_scale(DriveMode::C);
-        assert!((scale - 1.0).abs() < 1e-3, "{scale} {:?}", scenario.phase());
-    }
-}
-
 #[test]
 fn law_cancelled_stays_off_until_there_is_a_new_target() {
     let mut scenario = Scenario::new(90e3, 1.0);
