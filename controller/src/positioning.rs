@@ -78,6 +78,8 @@ pub struct Positioning {
     /// Where the last cruise began, and the cruise as it ended, until that is tested.
     cruised: Driven,
     cut: Option<Cruise>,
+    /// When a cruise was last found at rest not to have turned the rotor.
+    stalled_at: Option<Time>,
     /// Whether the target has changed during the present cruise.
     retargeted: bool,
     /// The stator, and the rotor, since the drive went off.
@@ -113,6 +115,7 @@ impl Positioning {
             probe: None,
             cruised: Driven::default(),
             cut: None,
+            stalled_at: None,
             retargeted: false,
             ring_down: RingDown::new(map.design(), now),
             ticks_to_plan: 0,
@@ -134,7 +137,7 @@ impl Positioning {
         self.started_at = now;
         self.deadline_at = now.plus_nanos(self.tuning.limits.deadline_nanos);
         (self.drives, self.stalls, self.wrong_ways, self.untested) = (0, 0, 0, 0);
-        self.probe = None;
+        (self.probe, self.stalled_at) = (None, None);
         self.brakes = 0;
         self.ticks_to_plan = 0;
         self.bursts_only = false;

@@ -110,7 +110,7 @@ impl Positioning {
     // As rare as a cruise.
     #[cold]
     #[inline(never)]
-    pub(super) fn test_cruise(&mut self, estimate: &Estimate<f32>) -> Option<PositioningPhase> {
+    pub(super) fn test_cruise(&mut self, now: Time, estimate: &Estimate<f32>) -> Option<PositioningPhase> {
         let cruise = self.cut.take()?;
         let (turned_rad, turned_rad2) = self.cruised.turned(cruise.mode, estimate);
         match outcome(self.cruised.forecast_rad, turned_rad, turned_rad2)? {
@@ -118,6 +118,12 @@ impl Positioning {
             Turn::None => {
                 // One that sticks under a weak drive gets a stronger one.
                 self.learn_rate(&cruise, 0.0);
+                // Cruises of some milliseconds count as one of a window: a rotor may stick for as long.
+                let window_nanos = self.tuning.progress_window_nanos;
+                if self.stalled_at.is_some_and(|at| now.nanos_since(at) < window_nanos) {
+                    return Some(PositioningPhase::Settling(Wait::Rest));
+                }
+                self.stalled_at = Some(now);
                 Some(self.stall(cruise.mode))
             }
             Turn::RightWay => {

@@ -93,7 +93,7 @@ impl Positioning {
             return phase;
         }
         self.correction = corrected;
-        if let Some(phase) = self.test_cruise(estimate) {
+        if let Some(phase) = self.test_cruise(now, estimate) {
             return phase;
         }
         // A burst that is driven again on its forecast alone is never measured well enough for a test.

@@ -289,6 +289,17 @@ fn tool_a_dead_drive_ends_the_move_as_stalled() {
     check_stopped(&["fault.drive_gain=0", "fault.from_s=0.05"], "Stalled", 1.5);
 }
 
+/// K3: whichever filter runs. The twin predicts that the rotor turns, and loses it in each cruise.
+#[test]
+fn tool_a_stuck_rotor_ends_the_move_as_stalled() {
+    for filter in ["twin", "impact_aided", "constant_rate"] {
+        let filter = format!("estimator.filter={filter}");
+        for to in ["position.to_deg=90", "position.to_deg=-20"] {
+            check_stopped(&["faults=rotor:stuck@0.05..", to, &filter], "Stalled", 1.5);
+        }
+    }
+}
+
 /// K4.
 #[test]
 fn tool_swapped_modes_end_the_move_as_inverted() {
