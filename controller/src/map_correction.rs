@@ -197,13 +197,17 @@ impl MapCorrection {
     /// Learns from a window in which `cruise` turned the rotor at a mean rate of `rate_rad_s` in the direction of its
     /// mode, 0 if the rotor stuck.
     pub fn learn_rate(&mut self, cruise: &Cruise, rate_rad_s: f32) {
+        self.learn_relative_rate(cruise.mode, rate_rad_s / (direction(cruise.mode) * cruise.rate_rad_s));
+    }
+
+    /// The same of a cruise in `mode` at a mean rate of `relative` that of the map.
+    pub fn learn_relative_rate(&mut self, mode: DriveMode, relative: f32) {
         let [clockwise, counter_clockwise] = &mut self.rates;
-        let factor = match cruise.mode {
+        let factor = match mode {
             DriveMode::B => clockwise,
             DriveMode::C => counter_clockwise,
         };
-        let ratio = Self::limited(rate_rad_s / (direction(cruise.mode) * cruise.rate_rad_s));
-        let innovation = ratio - factor.value;
+        let innovation = Self::limited(relative) - factor.value;
         factor.widen(1.0, innovation, Self::RATE_RIPPLE);
         factor.update(1.0, innovation, Self::RATE_RIPPLE);
         factor.variance = factor.variance.max(Self::RATE_VARIANCE_MIN * Self::RATE_RIPPLE);

@@ -37,13 +37,13 @@ use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 use crate::drive_plan::DrivePlan;
 use crate::map_correction::MapCorrection;
 use crate::progress_window::ProgressWindow;
-use crate::response_map::{Burst, Cruise, Family, ResponseMap, direction};
+use crate::response_map::{Burst, Family, ResponseMap, direction};
 use crate::rest_filter::{RestFilter, Resting};
 use crate::ring_down::RingDown;
 use crate::settling_watch::{CoastBound, SettlingWatch};
 use crate::situation::Situation;
 use crate::target::Target;
-use failures::{Driven, Probe};
+use failures::{Driven, Trial};
 pub use phase::{PositioningPhase, PositioningTuning, StopReason, Wait};
 
 /// Standard deviations by which a coast may be longer than the map says, before the rotor counts as one that does not
@@ -74,12 +74,9 @@ pub struct Positioning {
     wrong_ways: u8,
     /// Bursts since the rotor was last seen to be turned.
     untested: u8,
-    probe: Option<Probe>,
-    /// Where the last cruise began, and the cruise as it ended, until that is tested.
-    cruised: Driven,
-    cut: Option<Cruise>,
+    trial: Option<Trial>,
     /// When a cruise was last found at rest not to have turned the rotor.
-    stalled_at: Option<Time>,
+    stalled_at: Time,
     /// Whether the target has changed during the present cruise.
     retargeted: bool,
     /// The stator, and the rotor, since the drive went off.
@@ -112,10 +109,8 @@ impl Positioning {
             stalls: 0,
             untested: 0,
             wrong_ways: 0,
-            probe: None,
-            cruised: Driven::default(),
-            cut: None,
-            stalled_at: None,
+            trial: None,
+            stalled_at: now,
             retargeted: false,
             ring_down: RingDown::new(map.design(), now),
             ticks_to_plan: 0,
@@ -137,7 +132,7 @@ impl Positioning {
         self.started_at = now;
         self.deadline_at = now.plus_nanos(self.tuning.limits.deadline_nanos);
         (self.drives, self.stalls, self.wrong_ways, self.untested) = (0, 0, 0, 0);
-        (self.probe, self.stalled_at) = (None, None);
+        self.trial = None;
         self.brakes = 0;
         self.ticks_to_plan = 0;
         self.bursts_only = false;
@@ -157,7 +152,7 @@ impl Positioning {
     /// Ends the move, drive off.
     pub fn cancel(&mut self) {
         self.phase = PositioningPhase::Stopped(StopReason::Cancelled);
-        self.forget();
+        self.rest.forget();
     }
 
     /// The phase.
@@ -216,7 +211,7 @@ impl Positioning {
         {
             if matches!(self.phase, PositioningPhase::Burst { .. }) {
                 // What was forecast is the turn of a whole burst.
-                self.forget();
+                self.rest.forget();
             }
             self.phase = PositioningPhase::Stopped(StopReason::TimedOut);
         }
@@ -306,7 +301,7 @@ impl Positioning {
         estimate: &Estimate<f32>,
     ) -> Option<PositioningPhase> {
         if self.leaves(family.mode(), estimate) {
-            self.forget();
+            self.rest.forget();
             return Some(PositioningPhase::Stopped(StopReason::OutOfTravel));
         }
         let wanted_nanos = u64::from(burst.ticks) * crate::TICK_NANOS;
@@ -317,12 +312,6 @@ impl Positioning {
             return Some(self.coast(direction(family.mode()), burst.turn_rad, math::sqrt_f32(spread_rad2)));
         }
         None
-    }
-
-    /// What was driven before says nothing of where the rotor is.
-    fn forget(&mut self) {
-        self.rest.forget();
-        self.cut = None;
     }
 
     /// The drive goes off; the rotor turns on by `coast_rad` at most, but for `coast_sd_rad`.
@@ -344,8 +333,8 @@ impl Positioning {
         }
         match plan {
             DrivePlan::Cruise(cruise) => {
-                self.forget();
-                self.cruised = Driven::from(estimate, remaining_rad.abs());
+                self.rest.forget();
+                self.trial = Some(Trial::Cruise(cruise.mode, Driven::from(estimate, remaining_rad.abs())));
                 PositioningPhase::Cruise { cruise, since: now, progress: ProgressWindow::from(now, estimate) }
             }
             DrivePlan::Burst(family, burst, forecast) => {

@@ -52,7 +52,7 @@ const GATE: f32 = 12.0;
 const PREDICTED_VARIANCE_MIN: f32 = 0.25;
 
 /// Angle of a rotor at rest.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resting {
     /// The angle.
     pub angle: Angle,

@@ -77,7 +77,6 @@ impl Positioning {
                 // The next cruise would end the same way, perhaps before it has turned the rotor.
                 self.bursts_only = true;
             }
-            self.cut = Some(cruise);
             return Some(self.coast(direction, coast_rad, math::sqrt_f32(spread_rad2)));
         }
         let another = self.another(map, &cruise, remaining_rad, retargeted);
@@ -88,7 +87,7 @@ impl Positioning {
         Some(PositioningPhase::Cruise { cruise, since, progress })
     }
 
-    pub(super) fn learn_rate(&mut self, cruise: &Cruise, rate_rad_s: f32) {
+    fn learn_rate(&mut self, cruise: &Cruise, rate_rad_s: f32) {
         if self.tuning.learning {
             self.correction.learn_rate(cruise, rate_rad_s);
         }

@@ -18,42 +18,47 @@
 //! takes a stuck rotor for one that arrives, or refuses the frames that contradict it, until it is measured at rest.
 
 use estimator::Estimate;
-use motor_model::{DriveMode, Time};
+use motor_model::{Angle, DriveMode, Time};
 
 use super::{Positioning, PositioningPhase, StopReason, Wait};
 use crate::drive_plan::DrivePlan;
 use crate::map_correction::Forecast;
 use crate::response_map::{Family, ResponseMap, direction};
-use crate::rest_filter::{BurstComparison, Resting};
+use crate::rest_filter::BurstComparison;
 use crate::situation::Situation;
 
 /// A drive from rest to rest: where it began, and its forecast turn in rad, in the direction of its mode.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Driven {
-    from: Resting,
+    from: Angle,
+    from_rad2: f32,
     forecast_rad: f32,
 }
 
 impl Driven {
     pub(super) fn from(estimate: &Estimate<f32>, forecast_rad: f32) -> Self {
-        let from = Resting { angle: estimate.angle, angle_rad2: estimate.angle_rad2 };
-        Self { from, forecast_rad }
+        Self { from: estimate.angle, from_rad2: estimate.angle_rad2, forecast_rad }
     }
 
     /// The turn in the direction of `mode` by `estimate`, in rad, and its variance in rad^2.
     fn turned(&self, mode: DriveMode, estimate: &Estimate<f32>) -> (f32, f32) {
-        let turned_rad = direction(mode) * estimate.angle.radians_since::<f32>(self.from.angle);
-        (turned_rad, self.from.angle_rad2 + estimate.angle_rad2)
+        let turned_rad = direction(mode) * estimate.angle.radians_since::<f32>(self.from);
+        (turned_rad, self.from_rad2 + estimate.angle_rad2)
     }
 }
 
-/// A burst of the other mode, from rest to rest, that tells a lost mode from a stuck rotor.
+/// A drive that is tested when the rotor is at rest after it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Probe {
-    /// The mode that turns nothing.
-    lost: DriveMode,
-    /// The burst; `None` before it.
-    driven: Option<Driven>,
+pub(super) enum Trial {
+    /// A cruise of this mode.
+    Cruise(DriveMode, Driven),
+    /// A burst that tells a lost mode from a stuck rotor.
+    Probe {
+        /// The mode that turns nothing.
+        lost: DriveMode,
+        /// The burst of the other mode; `None` before it.
+        burst: Option<Driven>,
+    },
 }
 
 /// Drives in a row without effect after which the other mode is probed; half of them the wrong way end the move. An
@@ -103,7 +108,7 @@ impl Positioning {
                 PositioningPhase::Settling(Wait::Rest)
             }
         };
-        (matches!(outcome, PositioningPhase::Stopped(_)) || self.probe.is_some()).then_some(outcome)
+        (matches!(outcome, PositioningPhase::Stopped(_)) || self.probes()).then_some(outcome)
     }
 
     /// Tests the last cruise; the phase that follows, if the next drive is to be planned anew.
@@ -111,20 +116,22 @@ impl Positioning {
     #[cold]
     #[inline(never)]
     pub(super) fn test_cruise(&mut self, now: Time, estimate: &Estimate<f32>) -> Option<PositioningPhase> {
-        let cruise = self.cut.take()?;
-        let (turned_rad, turned_rad2) = self.cruised.turned(cruise.mode, estimate);
-        match outcome(self.cruised.forecast_rad, turned_rad, turned_rad2)? {
+        let Some(Trial::Cruise(mode, driven)) = self.trial.take() else { return None };
+        let (turned_rad, turned_rad2) = driven.turned(mode, estimate);
+        match outcome(driven.forecast_rad, turned_rad, turned_rad2)? {
             Turn::WrongWay => Some(self.wrong_way()),
             Turn::None => {
                 // One that sticks under a weak drive gets a stronger one.
-                self.learn_rate(&cruise, 0.0);
+                if self.tuning.learning {
+                    self.correction.learn_relative_rate(mode, 0.0);
+                }
                 // Cruises of some milliseconds count as one of a window: a rotor may stick for as long.
                 let window_nanos = self.tuning.progress_window_nanos;
-                if self.stalled_at.is_some_and(|at| now.nanos_since(at) < window_nanos) {
+                if now.nanos_since(self.stalled_at) < window_nanos {
                     return Some(PositioningPhase::Settling(Wait::Rest));
                 }
-                self.stalled_at = Some(now);
-                Some(self.stall(cruise.mode))
+                self.stalled_at = now;
+                Some(self.stall(mode))
             }
             Turn::RightWay => {
                 (self.stalls, self.wrong_ways) = (0, 0);
@@ -136,25 +143,28 @@ impl Positioning {
     /// A drive of `mode` that did not turn the rotor.
     pub(super) fn stall(&mut self, mode: DriveMode) -> PositioningPhase {
         self.stalls = self.stalls.saturating_add(1);
-        if self.stalls >= FAILURES_MAX {
-            self.probe = Some(Probe { lost: mode, driven: None });
-        }
+        self.trial = (self.stalls >= FAILURES_MAX).then_some(Trial::Probe { lost: mode, burst: None });
         PositioningPhase::Settling(Wait::Rest)
     }
 
-    /// At rest, with a mode that turns nothing: drives a burst of the other, or tests that burst.
+    /// Whether the other mode is probed.
+    pub(super) fn probes(&self) -> bool {
+        matches!(self.trial, Some(Trial::Probe { .. }))
+    }
+
+    /// At rest, with a mode that is `lost`: drives a burst of the other, or tests that burst.
     pub(super) fn probe(
         &mut self,
         map: &ResponseMap,
-        probe: Probe,
+        (lost, burst): (DriveMode, Option<Driven>),
         now: Time,
         estimate: &Estimate<f32>,
     ) -> PositioningPhase {
-        let other = match probe.lost {
+        let other = match lost {
             DriveMode::B => Family::Step,
             DriveMode::C => Family::Nudge,
         };
-        let Some(driven) = probe.driven else {
+        let Some(driven) = burst else {
             let Some(burst) = map.burst(other, PROBE_RAD, self.tuning.limits.amplitude_max) else {
                 return PositioningPhase::Stopped(StopReason::Stalled);
             };
@@ -164,8 +174,8 @@ impl Positioning {
             if !known || !self.ring_down.is_over(now) {
                 return self.measure(now, estimate);
             }
-            self.forget();
-            self.probe = Some(Probe { driven: Some(Driven::from(estimate, burst.turn_rad)), ..probe });
+            self.rest.forget();
+            self.trial = Some(Trial::Probe { lost, burst: Some(Driven::from(estimate, burst.turn_rad)) });
             return PositioningPhase::Burst { family: other, burst, since: now };
         };
         let forecast_rad = driven.forecast_rad;
@@ -173,7 +183,7 @@ impl Positioning {
         if forecast_rad * forecast_rad < PROBE_SIGMAS * PROBE_SIGMAS * turned_rad2 {
             return self.measure(now, estimate);
         }
-        match (outcome(forecast_rad, turned_rad, turned_rad2), probe.lost) {
+        match (outcome(forecast_rad, turned_rad, turned_rad2), lost) {
             (None, _) => self.measure(now, estimate),
             (Some(Turn::None), _) => PositioningPhase::Stopped(StopReason::Stalled),
             (Some(Turn::WrongWay), _) => PositioningPhase::Stopped(StopReason::ModeInverted),
@@ -185,6 +195,7 @@ impl Positioning {
     /// A drive that turned the rotor against the direction of its mode.
     pub(super) fn wrong_way(&mut self) -> PositioningPhase {
         self.wrong_ways = self.wrong_ways.saturating_add(1);
+        self.trial = None;
         if self.wrong_ways >= FAILURES_MAX / 2 {
             PositioningPhase::Stopped(StopReason::ModeInverted)
         } else {

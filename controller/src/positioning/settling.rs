@@ -8,6 +8,7 @@
 use estimator::{Estimate, Health};
 use motor_model::{DriveMode, Time};
 
+use super::failures::Trial;
 use super::{Positioning, PositioningPhase, PositioningTuning, StopReason, Wait, is_at_most};
 use crate::drive_plan::DrivePlan;
 use crate::map_correction::MotorResponse;
@@ -36,11 +37,8 @@ impl Positioning {
             // As after a jolt, the move begins anew.
             self.retarget(self.target, now);
         }
+        // The last burst; where the rotor is found again tells whether a cruise turned it.
         self.rest.forget();
-        if let PositioningPhase::Cruise { cruise, .. } = self.phase {
-            // Where the rotor is found again tells whether it turned.
-            self.cut = Some(cruise);
-        }
         let since = *self.blind_since.get_or_insert(now);
         if now.nanos_since(since) > self.tuning.blind_max_nanos {
             PositioningPhase::Stopped(StopReason::NoEstimate)
@@ -67,8 +65,8 @@ impl Positioning {
         if wide {
             return self.measure(now, estimate);
         }
-        if let Some(probe) = self.probe {
-            return self.probe(map, probe, now, estimate);
+        if let Some(Trial::Probe { lost, burst }) = self.trial {
+            return self.probe(map, (lost, burst), now, estimate);
         }
         if self.ticks_to_plan > 0 {
             return self.measure(now, estimate);
@@ -101,7 +99,7 @@ impl Positioning {
             && corrected.is_without_effect(family)
         {
             self.stall(family.mode());
-            if self.probe.is_some() {
+            if self.probes() {
                 return self.measure(now, estimate);
             }
         }
@@ -112,7 +110,7 @@ impl Positioning {
     pub(super) fn hold(&mut self, now: Time, estimate: &Estimate<f32>) {
         if !estimate.resting && self.look(now, estimate) != Shown::Still {
             // A jolt: the angle before it does not count, and the move begins anew.
-            self.forget();
+            self.rest.forget();
             return self.retarget(self.target, now);
         }
         let Resting { angle, angle_rad2 } = self.rest.resting(estimate);
@@ -156,7 +154,7 @@ impl Positioning {
             return PositioningPhase::Stopped(StopReason::KeepsTurning);
         }
         self.brakes += 1;
-        self.forget();
+        self.rest.forget();
         let mode = if clockwise { DriveMode::C } else { DriveMode::B };
         PositioningPhase::Brake { mode, since: now }
     }

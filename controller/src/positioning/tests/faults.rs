@@ -231,9 +231,7 @@ fn law_a_lost_mode_is_told_from_a_stuck_rotor() {
         let part = |mode, _| if mode == DriveMode::B { parts.0 } else { parts.1 };
         // As a rotor that has just come to rest: what is probed is measured first, and again after.
         let mut rests = 0;
-        while !matches!(scenario.phase(), PositioningPhase::Stopped(_))
-            && scenario.positioning.probe.is_none()
-        {
+        while !matches!(scenario.phase(), PositioningPhase::Stopped(_)) && !scenario.positioning.probes() {
             scenario.drive(part);
         }
         scenario.sigma_mdeg = 9.0;
@@ -269,7 +267,8 @@ fn law_a_rotor_that_turns_the_wrong_way_is_given_up() {
         ticks += 1;
     }
     assert_eq!(scenario.phase(), PositioningPhase::Stopped(StopReason::ModeInverted));
-    assert!(ticks < 400 && scenario.mdeg > -4e3, "{ticks} {}", scenario.mdeg);
+    // Three cruises of a degree, each counted once.
+    assert!(ticks < 400 && (-4e3..-2.8e3).contains(&scenario.mdeg), "{ticks} {}", scenario.mdeg);
 }
 
 /// K6: a rotor that turns back and forth, never near the target: the number of drives is bounded, and so is the time.
