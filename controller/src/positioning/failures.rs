@@ -127,7 +127,7 @@ impl Positioning {
                 }
                 // Cruises of some milliseconds count as one of a window: a rotor may stick for as long.
                 let window_nanos = self.tuning.progress_window_nanos;
-                if now.nanos_since(self.stalled_at) < window_nanos {
+                if self.stalls > 0 && now.nanos_since(self.stalled_at) < window_nanos {
                     return Some(PositioningPhase::Settling(Wait::Rest));
                 }
                 self.stalled_at = now;
