@@ -109,7 +109,8 @@ mod tests {
         }
     }
 
-    /// A stop, or a value that is refused, ends it after the numbers under way.
+    /// A stop, or a value that is refused, ends it after the numbers under way: of three threads one has given out the
+    /// last number before the stop, and the others are at the next two.
     #[test]
     fn exact_a_stop_keeps_a_whole_beginning() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
@@ -119,7 +120,13 @@ mod tests {
             run(
                 0..1000,
                 &stop,
-                |number| number,
+                |number| {
+                    // Else a thread that the machine lets wait with an early number has all others made meanwhile.
+                    while number > 40 && !stop.load(Ordering::Relaxed) {
+                        std::thread::yield_now();
+                    }
+                    number
+                },
                 |number: u64| {
                     found.push(number);
                     if number == 40 {
@@ -130,7 +137,7 @@ mod tests {
             )
         });
         let Ok(end) = end;
-        assert!((41..=44).contains(&end), "{end}");
+        assert!((41..=43).contains(&end), "{end}");
         assert_eq!(found, (0..end).collect::<Vec<_>>());
         let take = |number: u64| if number == 7 { Err("full") } else { Ok(()) };
         assert_eq!(pool.install(|| run(0..100, &AtomicBool::new(false), |number| number, take)), Err("full"));
