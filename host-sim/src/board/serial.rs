@@ -15,6 +15,7 @@
 //! | `line_rate` | the time that bytes take on the line, and the share of it that is in use |
 //! | [`clock`] | the board's clock by the host's, from round trips, with its uncertainty |
 //! | `board_pace` | how slow the board is by the host's clock |
+//! | `host_clock` | the host's clock, and times of day by it |
 //! | `session` | frames of one session, both ways |
 //! | [`frame_text`] | camera frames as lines of text |
 //! | `time_questions` | the questions that set the clocks, and which of them an answer is to |
@@ -50,6 +51,7 @@ mod fake_board;
 mod frame_source;
 pub mod frame_text;
 mod fresh_frames;
+mod host_clock;
 mod jog;
 mod line_rate;
 mod outcome;

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::positioning::failures::FAILURES_MAX;
+use crate::response_map::Cruise;
 use crate::target::Travel;
 
 /// K3: bursts without effect, and a cruise without effect: given up after a bounded number, each time.
@@ -73,22 +74,34 @@ fn law_a_rotor_that_seems_to_arrive_and_lies_behind_is_given_up() {
 /// One that sticks under a weak cruise only, and seems to arrive, gets a stronger one.
 #[test]
 fn law_a_weak_cruise_that_seems_to_arrive_is_followed_by_a_stronger_one() {
-    let mut scenario = Scenario::new(-200.0, 0.5);
-    for _ in 0..1000 {
+    let scenario = moved_against_static_friction(-200.0, 1000, |scenario, sticks| {
         let from_mdeg = scenario.mdeg;
+        scenario.cruise(1.0);
+        scenario.mdeg = if sticks { from_mdeg } else { scenario.mdeg };
+    });
+    assert_eq!(scenario.phase(), PositioningPhase::Holding, "{}", scenario.mdeg);
+}
+
+/// A move, for so many ticks at rest, of a rotor that nothing below 0.85 of the drive turns. `cruise` lets a cruise
+/// run, and is told whether the rotor sticks.
+fn moved_against_static_friction(
+    target_mdeg: f64,
+    rests: u32,
+    cruise: impl Fn(&mut Scenario, bool),
+) -> Scenario {
+    let mut scenario = Scenario::new(target_mdeg, 0.5);
+    for _ in 0..rests {
         scenario.rest();
         match scenario.phase() {
-            PositioningPhase::Cruise { cruise, .. } => {
-                scenario.cruise(1.0);
-                // Static friction: below 0.85 of the drive nothing moves.
-                scenario.mdeg = if cruise.amplitude < 0.85 { from_mdeg } else { scenario.mdeg };
+            PositioningPhase::Cruise { cruise: Cruise { amplitude, .. }, .. } => {
+                cruise(&mut scenario, amplitude < 0.85);
             }
             PositioningPhase::Burst { .. } => drop(scenario.burst(1.0)),
             PositioningPhase::Holding => break,
             phase => assert!(matches!(phase, PositioningPhase::Settling(_)), "{phase:?}"),
         }
     }
-    assert_eq!(scenario.phase(), PositioningPhase::Holding, "{}", scenario.mdeg);
+    scenario
 }
 
 /// K3: a filter that predicts the rotor's motion refuses the frames of a stuck rotor, and the estimate is lost in each
@@ -178,19 +191,9 @@ fn law_a_rotor_that_sticks_on_the_way_is_noticed_in_time() {
         );
         assert!(matches!(scenario.phase(), PositioningPhase::Settling(_)));
     }
-    let mut scenario = Scenario::new(-400.0, 0.5);
-    for _ in 0..20 {
-        scenario.rest();
-        match scenario.phase() {
-            // Static friction: below 0.85 of the drive nothing moves.
-            PositioningPhase::Cruise { cruise, .. } => {
-                scenario.cruise(if cruise.amplitude < 0.85 { 0.0 } else { 1.0 });
-            }
-            PositioningPhase::Burst { .. } => drop(scenario.burst(1.0)),
-            PositioningPhase::Holding => break,
-            phase => assert!(matches!(phase, PositioningPhase::Settling(_)), "{phase:?}"),
-        }
-    }
+    let scenario = moved_against_static_friction(-400.0, 20, |scenario, sticks| {
+        scenario.cruise(if sticks { 0.0 } else { 1.0 });
+    });
     assert_eq!(scenario.phase(), PositioningPhase::Holding, "{}", scenario.mdeg);
 }
 

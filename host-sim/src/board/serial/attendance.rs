@@ -12,8 +12,9 @@ use super::SerialError;
 use super::board_pace::BoardPace;
 use super::error::Stopped;
 use super::frame_text::HostFrame;
+use super::host_clock::{host_nanos, nanos, seconds};
 use super::serial_run::{FIRST_QUESTIONS, KEEP_ALIVE, LOOK_EVERY, SILENCE_MAX};
-use super::session::{BoardSession, Event, host_nanos, nanos, seconds};
+use super::session::{BoardSession, Event};
 use super::time_questions::is_time_answer;
 
 /// The board's time between two questions.

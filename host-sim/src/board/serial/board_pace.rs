@@ -8,7 +8,7 @@ use std::time::Duration;
 use controller::TICK_NANOS;
 use simulation::math::count::real;
 
-use super::session::{nanos, seconds};
+use super::host_clock::{nanos, seconds};
 
 /// Time by the host's clock after which reports tell how slow the board is: far longer than a line keeps a report.
 const KNOWN_AFTER: Duration = Duration::from_millis(50);

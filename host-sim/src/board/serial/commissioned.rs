@@ -18,9 +18,9 @@ use controller::commissioning::{Commissioning, CommissioningEnd, ExperimentPhase
 use link::{BoardMessage, ExperimentRecord, HostMessage, PhaseRecord, ResponseRecord};
 use motor_model::Time;
 
+use super::host_clock::nanos;
 use super::outcome::CommissionFigures;
 use super::report_record::Reported;
-use super::session::nanos;
 use crate::board::BoardError;
 use simulation::runs::RunError;
 use simulation::runs::commission::CommissionedMotor;

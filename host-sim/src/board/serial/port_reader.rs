@@ -9,7 +9,8 @@ use std::thread::{JoinHandle, spawn};
 use link::{BoardMessage, Deframer, FrameError, decode};
 use serialport::SerialPort;
 
-use super::session::{Event, host_nanos};
+use super::host_clock::host_nanos;
+use super::session::Event;
 
 /// A thread that reads a port until this is dropped. Then the port is closed, and may be opened anew.
 pub(super) struct PortReader {

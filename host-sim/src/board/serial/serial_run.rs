@@ -18,6 +18,7 @@ use super::error::Stopped;
 use super::frame_source::FrameSource;
 use super::frame_text::HostFrame;
 use super::fresh_frames::FreshFrames;
+use super::host_clock::{host_nanos, nanos, seconds};
 use super::line_rate::{LineLoad, bytes_per_s};
 use super::outcome::{
     ClockFigures, CounterFigures, IdentityFigures, LineFigures, SerialOutcome, SessionFigures,
@@ -25,7 +26,7 @@ use super::outcome::{
 use super::plant::PlantInTheLoop;
 use super::progress::{Progress, Watcher};
 use super::report_record::{ReportRecords, Reported, sd_deg};
-use super::session::{BoardSession, Event, host_nanos, nanos, seconds};
+use super::session::{BoardSession, Event};
 use super::task::{BoardTask, WatchedTask};
 use super::time_questions::is_time_answer;
 use simulation::math::count::real;

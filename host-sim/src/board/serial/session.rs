@@ -4,9 +4,8 @@
 //! the board are written at most at the line's rate.
 
 use std::io::{ErrorKind, Write as _};
-use std::sync::OnceLock;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use controller::PositionLoop;
 use controller::map_correction::LearntFactors;
@@ -21,6 +20,7 @@ use serialport::SerialPort;
 
 use super::clock::{BoardClock, ClockSync, Exchange};
 use super::frame_text::{FrameTextError, HostFrame};
+use super::host_clock::{self, day_nanos, host_nanos, nanos, seconds};
 use super::line_rate::{LineLoad, LinePace};
 use super::port_reader::PortReader;
 use super::time_questions::{TimeQuestions, is_time_answer};
@@ -53,22 +53,6 @@ pub(super) enum Event {
     SourceEnded,
     /// The source is refused.
     SourceFailed(FrameTextError),
-}
-
-/// The host's clock: ns since it was first read. It goes on where the time of day is set.
-pub(super) fn host_nanos() -> i64 {
-    static BEGUN: OnceLock<Instant> = OnceLock::new();
-    nanos(BEGUN.get_or_init(Instant::now).elapsed())
-}
-
-/// The time of day: ns since 1970-01-01 UTC.
-fn day_nanos() -> i64 {
-    nanos(SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default())
-}
-
-/// A time of day by the host's clock, where one is `host_nanos` and the other `day_nanos` now.
-fn by_host_clock(time_nanos: i64, host_nanos: i64, day_nanos: i64) -> i64 {
-    time_nanos.saturating_sub(day_nanos).saturating_add(host_nanos)
 }
 
 /// A session with a board.
@@ -238,7 +222,7 @@ impl BoardSession {
 
     /// A frame of the source by the board's clock; `None` before that is known.
     pub(super) fn on_board(&self, frame: &HostFrame) -> Option<CameraFrame> {
-        let exposed_nanos = by_host_clock(frame.exposed_nanos, host_nanos(), day_nanos());
+        let exposed_nanos = host_clock::of_day(frame.exposed_nanos);
         self.clock().map(|clock| frame.on_board(clock.board_nanos(exposed_nanos)))
     }
 
@@ -488,17 +472,6 @@ impl BoardSession {
     pub(super) fn baud(&self) -> u32 {
         self.baud
     }
-}
-
-/// A duration in ns.
-pub(super) fn nanos(duration: Duration) -> i64 {
-    i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
-}
-
-/// A time in ns as s.
-#[expect(clippy::cast_precision_loss, reason = "a month of ns is below 2^53")]
-pub(super) fn seconds(nanos: i64) -> f64 {
-    nanos as f64 * 1e-9
 }
 
 #[cfg(all(test, unix))]
