@@ -105,10 +105,6 @@ pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
 }
 
 impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
-    /// Predicted angle variance in rad^2 beyond which the turn is lost: the gate of six standard deviations then spans
-    /// a turn.
-    const LOST_RAD2: f64 = 0.25;
-
     /// Mean normalised innovation squared above which the gate is narrower after a refusal: two refusals above the
     /// usual.
     const NIS_DOUBTED: f64 = 2.0;
@@ -126,7 +122,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             newest: TrackedFrame { frame, track: Track::started(&frame, Angle::ZERO, None, &tuning) },
             persistent: Jitter::none(),
             older: Deque::new(),
-            reference: Reference { begun: false, turn_known: true, lost: false, trusted: None },
+            reference: Reference::new(),
             stuck: None,
             driven: false,
             rest_test: RestTest::default(),
@@ -266,7 +262,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let variance_rad2 = track.state.covariance.innovation_rad2(self.tuning.frame_rad2(frame, quiet));
         let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
         // Written so that NaN and a variance that has overflowed fail both.
-        let turn_known = variance_rad2 <= T::from_f64(Self::LOST_RAD2);
+        let turn_known = variance_rad2 <= T::from_f64(Reference::<T, B>::LOST_RAD2);
         let near = normalised <= T::from_f64(Self::GATE_AFTER_REFUSAL);
         let trusted = near || quiet || track.refusals == 0 || track.nis <= T::from_f64(Self::NIS_DOUBTED);
         let plausible = normalised <= self.tuning.gate && trusted;
@@ -280,7 +276,9 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         } else if track.refusals >= Self::REFUSALS_SUSTAINED && self.has_jumped(Self::JUMP_FRAMES, process) {
             self.restart_unexplained(predicted, process)
         } else {
-            self.accept(innovation, normalised, quiet)
+            let used = self.accept(innovation, normalised, quiet);
+            let resolved = self.reference.is_doubted() && self.frames_fit();
+            if resolved { self.resolve_doubt(used, process) } else { used }
         }
     }
 
@@ -345,7 +343,11 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let explained = if quiet { None } else { self.explain_refusals(process) };
         if let Some(Fit { state, innovation, normalised, kicked, .. }) = explained {
             let track = &mut self.newest.track;
+            let used_at = track.state.at;
             (track.state, track.kicked) = (state, kicked);
+            if kicked {
+                self.end_doubt_after(used_at);
+            }
             return self.accept(innovation, normalised, quiet);
         }
         let TrackedFrame { frame, track } = &mut self.newest;
@@ -355,7 +357,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
         track.note_innovation(self.tuning.gate, &self.tuning);
         track.refusals = track.refusals.saturating_add(1);
-        let too_many = track.refusals >= self.tuning.refusals_max;
+        self.note_refusal(innovation.0);
+        let too_many = self.newest.track.refusals >= self.tuning.refusals_max;
         if too_many && self.frames_agree(Self::CONFIRMING_FRAMES + 1, process) {
             return self.restart_unexplained(predicted, process);
         }

@@ -3,6 +3,7 @@
 use motor_model::{Real, Time};
 
 use super::Tracker;
+use super::reference::Reference;
 use crate::camera::process::{Jitter, Process};
 use crate::camera::smoother::Smoothed;
 use crate::camera::track::{State, Track};
@@ -89,7 +90,10 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             _ if track.refusals >= Self::REFUSALS_SUSTAINED => Health::Unusable(Reason::FramesRefused),
             _ if self.reference.lost => Health::Unusable(Reason::ReferenceLost),
             // Between the frames of a slow camera the estimate is wide, but right.
-            _ if !certain && variance_rad2 <= T::from_f64(Self::LOST_RAD2) && self.on_time(now) => {
+            _ if !certain
+                && variance_rad2 <= T::from_f64(Reference::<T, B>::LOST_RAD2)
+                && self.on_time(now) =>
+            {
                 Health::Degraded(Reason::Uncertain)
             }
             _ if !certain => Health::Unusable(Reason::Uncertain),
@@ -97,11 +101,16 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
                 Health::Unusable(Reason::NoiseMismatch)
             }
             _ if self.silent(now) => Health::Degraded(Reason::CameraSilent),
-            nis if nis > T::from_f64(Self::NIS_MAX) => Health::Degraded(Reason::NoiseMismatch),
-            _ if track.far.count_ones() >= Self::FAR_FRAMES => Health::Degraded(Reason::NoiseMismatch),
+            _ if !self.frames_fit() => Health::Degraded(Reason::NoiseMismatch),
             _ if !self.reference.turn_known => Health::Degraded(Reason::TurnUnknown),
             _ => vibrometer.or(wide.then_some(Reason::Uncertain)).map_or(Health::Good, Health::Degraded),
         }
+    }
+
+    /// Whether the frames are as far from the track as their variance says.
+    pub(super) fn frames_fit(&self) -> bool {
+        let Track { nis, far, .. } = &self.newest.track;
+        *nis <= T::from_f64(Self::NIS_MAX) && far.count_ones() < Self::FAR_FRAMES
     }
 
     /// Whether frames come as they should, and the rate has been measured since the start.

@@ -14,7 +14,17 @@
 //! | the reference is lost, and the frames are where the trusted track is | is found again |
 //! | the frames since the jump turn out to be one code of a stuck camera | is found again, with the trusted track |
 //!
-//! The trusted track is carried on until it is uncertain by three degrees: of all places one in ten is within its gate.
+//! The trusted track finds a lost reference as long as it is certain to three degrees: of all places one in ten is then
+//! within its gate.
+//!
+//! # Doubt
+//!
+//! Where most frames are wrong, the gate grows until some of them pass, and restarts happen at others: the track may
+//! then come out of it by whole turns off, with frames that agree. So where the third frame that is refused in a row, or
+//! a later one, is off by half a radian, the track before is trusted beside the one that goes on, until the frames fit
+//! again. Then the turn is the one nearest to where the trusted track leads. If that is uncertain by half a radian, half
+//! a turn is within six standard deviations, and the turn is not known. Four frames that fit one kick of the trusted
+//! track end the doubt at once.
 //!
 //! Limits: a jump within the gate of a frame, six standard deviations, or within what kicks turn between two frames is
 //! taken for a motion. Kicks turn the rotor by some hundredths of a degree between two of 10,000 frames a second, and
@@ -37,24 +47,40 @@ pub(super) struct Reference<T, B> {
     pub(super) begun: bool,
     pub(super) turn_known: bool,
     pub(super) lost: bool,
-    /// The track before they jumped, while it is of use.
+    /// The track before they jumped, or before they were doubted, while it is of use.
     pub(super) trusted: Option<TrackedFrame<T, B>>,
+    /// Frames far from the track since the frames are doubted; 0 while they are not.
+    pub(super) doubted: u16,
 }
 
 impl<T: Real, B: TrackCovariance<T>> Reference<T, B> {
     /// Variance of the trusted track's angle beyond which it is of no use, in rad^2: three degrees.
     const TRUSTED_RAD2: f64 = 2.7e-3;
 
+    pub(super) const fn new() -> Self {
+        Self { begun: false, turn_known: true, lost: false, trusted: None, doubted: 0 }
+    }
+
+    /// Predicted angle variance in rad^2 beyond which the turn is lost: the gate of six standard deviations then spans
+    /// a turn.
+    pub(super) const LOST_RAD2: f64 = 0.25;
+
     /// Carries the trusted track to `until`, as long as it is of use.
     #[inline(never)]
     pub(super) fn carry(&mut self, until: Time, process: &impl Process<T, B>) {
         let Some(TrackedFrame { track, .. }) = &mut self.trusted else { return };
         process.carry(&mut track.state, track.resting, until);
+        let limit_rad2 = if self.lost { Self::TRUSTED_RAD2 } else { Self::LOST_RAD2 };
         // Written so that a variance that has overflowed is not certain.
-        let certain = track.state.covariance.angle_rad2() <= T::from_f64(Self::TRUSTED_RAD2);
+        let certain = track.state.covariance.angle_rad2() <= T::from_f64(limit_rad2);
         if !certain {
             self.trusted = None;
         }
+    }
+
+    /// Whether the frames are doubted.
+    pub(super) fn is_doubted(&self) -> bool {
+        self.doubted > 0 && !self.lost
     }
 }
 
@@ -108,6 +134,56 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         fit.is_some_and(|fit| fit.is_good())
     }
 
+    /// Innovation of a frame in rad from which on it can lead the track astray by a turn: a noisy camera's cannot.
+    const FAR_RAD: f64 = 0.5;
+
+    /// The newest frame was refused, with this innovation. From the third in a row on, if it is far, the frames are
+    /// doubted, and the track as it was before is trusted.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn note_refusal(&mut self, innovation_rad: T) {
+        if innovation_rad.abs() < T::from_f64(Self::FAR_RAD) {
+            return;
+        }
+        let Reference { begun, lost, trusted, doubted, .. } = &mut self.reference;
+        if *doubted > 0 {
+            *doubted = doubted.saturating_add(1);
+        } else if *begun && !*lost && self.newest.track.refusals >= Self::REFUSALS_SUSTAINED {
+            (*trusted, *doubted) = (Some(self.newest), self.newest.track.refusals.into());
+        }
+    }
+
+    /// A hypothesis explains the refusals from a frame used at `at` on. The doubt ends, unless frames were used since
+    /// it began.
+    #[cold]
+    pub(super) fn end_doubt_after(&mut self, at: Time) {
+        let is_trusted = self.reference.trusted.as_ref().is_some_and(|trusted| trusted.track.state.at == at);
+        if self.reference.is_doubted() && is_trusted {
+            (self.reference.trusted, self.reference.doubted) = (None, 0);
+        }
+    }
+
+    /// The newest frame was used, and the frames fit again. The turn is that of the trusted track. Where that is too
+    /// uncertain, it is not known after so many far frames that the track may have been led astray.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn resolve_doubt(
+        &mut self,
+        used: Innovation<T>,
+        process: &impl Process<T, B>,
+    ) -> Innovation<T> {
+        let TrackedFrame { frame, track } = self.newest;
+        self.reference.carry(frame.exposed_at, process);
+        let far = core::mem::take(&mut self.reference.doubted);
+        let Some(trusted) = self.reference.trusted.take() else {
+            self.reference.turn_known &= far < self.tuning.refusals_max.into();
+            return used;
+        };
+        let near = trusted.track.state.angle.angle();
+        let off = track.state.angle.angle().minus(near);
+        if off.wrapped() == off { used } else { self.begin(&frame, near) }
+    }
+
     /// Frames that prove a jump: fewer that scatter may agree by chance.
     pub(super) const JUMP_FRAMES: usize = 11;
 
@@ -122,14 +198,16 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         if self.reference.lost {
             if let Some(found) = self.found_again(&frame, process) {
                 near = found;
-                (self.reference.lost, self.reference.trusted) = (false, None);
+                (self.reference.lost, self.reference.trusted, self.reference.doubted) = (false, None, 0);
             }
         } else {
             let elsewhere = self.goes_on_elsewhere(&before.track, process);
             if let Some(followed) = self.followed(&before.track, process).filter(|_| !elsewhere) {
                 near = followed;
+                self.end_doubt_after(before.track.state.at);
             } else if elsewhere || self.frames_agree(self.frames_since(&before.track), process) {
-                (self.reference.lost, self.reference.trusted) = (true, Some(before));
+                self.reference.lost = true;
+                self.reference.trusted.get_or_insert(before);
             }
         }
         self.begin(&frame, near)

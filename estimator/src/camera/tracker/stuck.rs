@@ -51,7 +51,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let stuck_since = self.newest.frame.angle == frame.angle && self.older.is_empty();
         if let Some(trusted) = self.reference.trusted.take_if(|_| stuck_since) {
             self.newest = trusted;
-            self.reference.lost = false;
+            (self.reference.lost, self.reference.doubted) = (false, 0);
         }
         let State { rate_rad_s, covariance, .. } = &self.newest.track.state;
         let turning = *rate_rad_s * *rate_rad_s > T::from_f64(9.0) * covariance.rate_rad2_s2();
