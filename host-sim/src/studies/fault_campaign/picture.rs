@@ -44,10 +44,10 @@ impl FaultCampaign {
         })
     }
 
-    /// The longest time for which an estimate was called good and was wrong, of each run that had one.
+    /// The time for which an estimate was called good and was wrong, of each run that had one.
     fn unaware(&self) -> Panel {
         let words = self.by_word();
-        let x = Axis::new("longest time (ms)").logarithmic().within(10.0..1e4);
+        let x = Axis::new("time in all (ms)").logarithmic().within(10.0..1e4);
         let points = places(&words).flat_map(|(place, summary)| {
             let runs = self.runs.iter().filter(|run| run.has(&summary.of) && run.was_unaware());
             runs.map(move |run| (1e3 * run.unaware_s, place))

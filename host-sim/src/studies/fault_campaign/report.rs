@@ -50,7 +50,7 @@ fn of_runs(of: &str, runs: &[&FaultRun]) -> [KeyFigure; 5] {
         ended("moves on target", MoveEnding::Reached).higher_is_better(),
         ended("moves held as on target, but off it", MoveEnding::Wrong),
         ended("moves ended by the deadline", MoveEnding::TimedOut),
-        count("runs with an estimate called good that was wrong for 10 ms", &FaultRun::was_unaware),
+        count("runs with an estimate called good that was wrong for 10 ms in all", &FaultRun::was_unaware),
         count("rotors that ran away", &FaultRun::ran_away),
     ]
     .map(|figure| figure.of(of).of_runs(runs.iter().map(|run| run.number)))

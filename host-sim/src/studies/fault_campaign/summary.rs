@@ -26,7 +26,7 @@ pub struct FaultSummary {
     pub wrong: usize,
     /// With an estimate that was called good and was wrong, for longer and by more than [`super::run`] says.
     pub unaware: usize,
-    /// The longest time for which one was, in s.
+    /// The most time for which one was in a run, in s.
     pub unaware_s: f64,
     /// The largest error of one.
     pub unaware_mdeg: f64,
