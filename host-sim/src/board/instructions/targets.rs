@@ -2,8 +2,12 @@
 //!
 //! A driven step without impact always takes the same way through the code; its target is for the longest. The core's
 //! prediction and correction are the whole of other crates' filters. A camera frame that is used takes the same, and
-//! also the time stamp, the delay and the gate. The loop's target with the twin's filter is meant for a Cortex-M7.
-//! Backlogs are held to the longest latency of a loop, each on the slowest part that its filter is meant for.
+//! also the time stamp, the delay and the gate. The loop's targets with the twin's filter are meant for a Cortex-M7,
+//! those with the others for a Cortex-M4F. Backlogs are held to the longest latency of a loop, each on the slowest part
+//! that its filter is meant for.
+//!
+//! The targets of a loop's longest tick ask for an impact's work in slices of later ticks. It is not cut: one tick
+//! takes it whole, and a latency gives the loop the ticks after it to catch up in.
 
 use std::fmt;
 
@@ -30,7 +34,7 @@ pub struct Target {
 }
 
 /// All targets.
-pub const TARGETS: [Target; 16] = {
+pub const TARGETS: [Target; 19] = {
     use Statistic::{Max, Mean};
     #[expect(clippy::cast_possible_truncation, reason = "it is 16")]
     const LATENCY_TICKS_MAX: u32 = controller::LATENCY_TICKS_MAX as u32;
@@ -49,6 +53,9 @@ pub const TARGETS: [Target; 16] = {
         target("located_step_at_rest", Max, 2000),
         target("core_2_predict_and_update", Max, 60),
         target("camera_frame_used", Max, 60),
+        target("loop_tick", Max, 1000),
+        target("loop_tick_impact_aided", Max, 1500),
+        target("loop_tick_twin", Max, 4000),
         target("loop_tick_impact_aided_and_step", Mean, 800),
         target("loop_tick_twin_and_step", Mean, 3500),
         target("loop_tick_latency_at_1530", Max, LATENCY_TICKS_MAX),
