@@ -1,4 +1,4 @@
-//! Makes the digest of the loop's sources, `link::LOOP_DIGEST`.
+//! Makes the digest of the sources of loop and firmware, `link::LOOP_DIGEST`.
 
 use std::fs;
 use std::io;
@@ -6,8 +6,12 @@ use std::path::{Path, PathBuf};
 
 use crc::{CRC_64_XZ, Crc};
 
-/// All that the loop is made of, from this folder. Outside of the repository this crate is alone.
-const CRATES: [&str; 5] = ["../motor-model", "../ud-filter", "../estimator", "../controller", "."];
+/// All that loop and firmware are made of, from this folder. Outside of the repository this crate is alone.
+const CRATES: [&str; 6] =
+    ["../motor-model", "../ud-filter", "../estimator", "../controller", ".", "../firmware"];
+
+/// The versions of other people's crates.
+const LOCK: &str = "../Cargo.lock";
 
 fn main() -> io::Result<()> {
     let mut files = Vec::new();
@@ -17,6 +21,10 @@ fn main() -> io::Result<()> {
             println!("cargo::rerun-if-changed={}", sources.display());
             collect(&sources, &mut files)?;
         }
+    }
+    if Path::new(LOCK).is_file() {
+        println!("cargo::rerun-if-changed={LOCK}");
+        files.push(LOCK.into());
     }
     files.sort();
     let crc = Crc::<u64>::new(&CRC_64_XZ);

@@ -25,7 +25,7 @@ pub struct ClockFigures {
 /// What the board is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct IdentityFigures {
-    /// Digest of the sources of its loop ([`link::LOOP_DIGEST`]) in sixteen digits: not every reader of JSON keeps 64
+    /// Digest of its sources ([`link::LOOP_DIGEST`]) in sixteen digits: not every reader of JSON keeps 64
     /// bits of a number.
     pub loop_digest: String,
     /// Whether this program was built of the same.
