@@ -278,6 +278,10 @@ fn experiment_messages() -> [BoardMessage; 7] {
     ]
 }
 
+/// The versions whose frames have a file, and the digest of that file, a CRC-64. A line here is never changed: a board
+/// of that version speaks so. Other frames are another version, with a file and a line of its own.
+const LANDED: [(u8, u64); 1] = [(11, 0x3615_77cd_ce3f_ae57)];
+
 /// The frames of this version are those of its file, byte for byte. Where they have to change, [`VERSION`] goes up and
 /// the new frames get a file of their own.
 #[test]
@@ -299,7 +303,24 @@ fn exact_frames_are_those_of_the_version_s_file() {
         }
         text.push('\n');
     }
-    assert!(text == kept, "{path} is expected to be:\n{text}");
+    assert!(text == kept, "{path}: other frames raise VERSION, and get a file of their own:\n{text}");
+}
+
+/// A file keeps the digest that it landed with. Files of earlier versions need not be kept.
+#[test]
+fn regress_the_file_of_a_version_stays_as_it_landed() {
+    let newest = LANDED.map(|(version, _)| version).into_iter().max();
+    assert_eq!(newest, Some(VERSION), "a version has a line in LANDED");
+    for (version, landed) in LANDED {
+        let path = std::format!("{}/fixtures/version_{version}.txt", env!("CARGO_MANIFEST_DIR"));
+        if let Ok(file) = std::fs::read(path) {
+            let digest = Crc::<u64>::new(&crc::CRC_64_XZ).checksum(&file);
+            assert_eq!(
+                digest, landed,
+                "version {version} has {digest:#018x}: raise VERSION for other frames"
+            );
+        }
+    }
 }
 
 /// Every single bit flip.
