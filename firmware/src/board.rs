@@ -33,6 +33,8 @@ mod watchdog;
 use core::ptr;
 
 use cortex_m_rt::STACK_PAINT_VALUE;
+#[cfg(feature = "checks")]
+pub use faults::be_alone;
 pub use faults::end;
 #[cfg(not(feature = "silicon"))]
 pub use mps2 as hardware;

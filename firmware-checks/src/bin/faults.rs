@@ -1,5 +1,5 @@
 //! Switches the drive on, then fails as a word on the emulator's standard input says. `tests/qemu` checks that the
-//! drive goes off.
+//! drive goes off. After `alone ` the word fails as on a real board without a debugger, which starts anew.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -9,13 +9,11 @@ firmware::only_on_the_board!("this runs on the microcontroller: firmware/qemu.sh
 mod board {
     use core::hint::black_box;
 
-    use cortex_m::peripheral::SCB;
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln};
     use embedded_hal::digital::OutputPin;
     use firmware::board::mps2::{Enable, drive_is_on};
-    use firmware::board::{Parts, crash, end, stack_word_is_unused, stack_words};
-    use firmware::crash_record::{CrashKind, CrashRecord, CrashText, FaultRegisters};
+    use firmware::board::{Parts, be_alone, crash, end, stack_word_is_unused, stack_words};
     use firmware::semihosting::HostFile;
     use firmware::stack_gauge::StackGauge;
 
@@ -28,7 +26,11 @@ mod board {
             end(debug::EXIT_SUCCESS)
         }
         let mut block = [0; 16];
-        let word = HostFile::reader(c"/dev/stdin").map(|input| input.read(&mut block)).unwrap_or_default();
+        let words = HostFile::reader(c"/dev/stdin").map(|input| input.read(&mut block)).unwrap_or_default();
+        let word = words.strip_prefix(b"alone ").unwrap_or(words);
+        if word != words {
+            be_alone();
+        }
         let Ok(()) = Enable.set_high();
         heprintln!("drive {}", if drive_is_on() { "on" } else { "off" });
         match word {
@@ -41,15 +43,6 @@ mod board {
                 let before = stack_bytes_max();
                 black_box(descend(black_box(20)));
                 heprintln!("stack {} {}", before, stack_bytes_max());
-            }
-            b"kept" => {
-                let registers = FaultRegisters { pc: 1, lr: 2, cfsr: 3, hfsr: 4, bfar: 5 };
-                crash::keep(&CrashRecord {
-                    kind: CrashKind::Fault,
-                    registers,
-                    text: CrashText::of(&"as kept"),
-                });
-                SCB::sys_reset();
             }
             b"hang" => {
                 if let Some(mut parts) = Parts::take() {

@@ -5,6 +5,8 @@
 
 use core::arch::naked_asm;
 use core::panic::PanicInfo;
+#[cfg(feature = "checks")]
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m_rt::exception;
 use cortex_m_semihosting::{debug, heprintln};
@@ -69,9 +71,28 @@ fn on_or_off() -> &'static str {
     if hardware::drive_is_on() { "on" } else { "off" }
 }
 
+/// Whether the handlers take the emulated board for a real one without a debugger, until the next start.
+#[cfg(feature = "checks")]
+static IS_ALONE: AtomicBool = AtomicBool::new(false);
+
+/// From here on the handlers do as on a real board without a debugger: they say nothing, and the board starts anew.
+#[cfg(feature = "checks")]
+pub fn be_alone() {
+    IS_ALONE.store(true, Ordering::Relaxed);
+}
+
+/// Whether this is no emulated board, or is taken for none.
+fn is_alone() -> bool {
+    #[cfg(feature = "checks")]
+    if IS_ALONE.load(Ordering::Relaxed) {
+        return true;
+    }
+    cfg!(feature = "silicon")
+}
+
 /// Whether there is an emulator or a debugger: without one, a semihosting call would be a fault itself.
 fn is_debugged() -> bool {
-    cfg!(not(feature = "silicon")) || cortex_m::peripheral::DCB::is_debugger_attached()
+    !is_alone() || cortex_m::peripheral::DCB::is_debugger_attached()
 }
 
 /// Ends the emulation. Without emulator or debugger the board starts anew.
@@ -85,9 +106,9 @@ pub fn end(outcome: debug::ExitStatus) -> ! {
 
 /// The board starts anew: a real one at once, whether or not its watchdog runs, the emulated one by the watchdog.
 fn restart() -> ! {
-    #[cfg(feature = "silicon")]
-    cortex_m::peripheral::SCB::sys_reset();
-    #[cfg(not(feature = "silicon"))]
+    if is_alone() {
+        cortex_m::peripheral::SCB::sys_reset();
+    }
     loop {
         cortex_m::asm::nop();
     }
