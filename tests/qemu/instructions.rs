@@ -2,8 +2,9 @@
 //!
 //! The emulator counts exactly, so with the compiler that the reviewed counts name they may differ by [`MARGIN`] only,
 //! which is what the counting program's own layout moves. Another compiler makes other instructions of the same source:
-//! then by [`OTHER_COMPILER_MARGIN`].
+//! then by [`OTHER_COMPILER_MARGIN`]. A test that fails prints all that differs, as a table for a pull request.
 
+use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Output;
 
@@ -16,6 +17,12 @@ const MARGIN: f64 = 3.0;
 
 /// Share of the reviewed count.
 const OTHER_COMPILER_MARGIN: f64 = 0.1;
+
+/// Head of the table of differences, in Markdown.
+const TABLE_HEAD: &str = "\
+| operation | mean, old | new | % | longest, old | new | % |
+|---|---|---|---|---|---|---|
+";
 
 /// Records, each of an operation of its own.
 fn records(array: Value) -> Vec<Value> {
@@ -52,6 +59,32 @@ fn differences(counted: &Value, reviewed: &Value) -> Vec<String> {
     differences
 }
 
+/// Every operation that differs, by however little, or is in one of both lists alone: what was reviewed, what is
+/// counted, and by how much that is more.
+fn table(counted: &[Value], reviewed: &[Value]) -> String {
+    let mut table = TABLE_HEAD.to_owned();
+    let find = |records: &[Value], operation: &Value| {
+        records.iter().find(|record| record["operation"] == *operation).cloned().unwrap_or_default()
+    };
+    let new = counted.iter().filter(|record| find(reviewed, &record["operation"]).is_null());
+    for operation in reviewed.iter().chain(new).map(|record| &record["operation"]) {
+        let (old, new) = (find(reviewed, operation), find(counted, operation));
+        let mut row = vec![operation.as_str().expect("a name").to_owned()];
+        for field in ["mean", "max"] {
+            let both = old[field].as_f64().zip(new[field].as_f64());
+            row.extend([&old, &new].map(|record| {
+                record[field].as_f64().map_or_else(|| "-".to_owned(), |number| number.to_string())
+            }));
+            let percent = both.map(|(old, new)| format!("{:+.1}", 100.0 * (new - old) / old));
+            row.push(percent.unwrap_or_default());
+        }
+        if ["mean", "max", "count"].iter().any(|field| old[field] != new[field]) {
+            let _ = writeln!(table, "| {} |", row.join(" | "));
+        }
+    }
+    table
+}
+
 fn assert_reviewed(board: &str, reviewed: &str) {
     let arguments = ["instructions", "--board", board, "--format", "json"];
     let Output { status, stdout, stderr } = host_sim().args(arguments).output().expect("host-sim starts");
@@ -66,11 +99,16 @@ fn assert_reviewed(board: &str, reviewed: &str) {
     let operations = |records: &[Value]| -> Vec<Value> {
         records.iter().map(|record| record["operation"].clone()).collect()
     };
+    let table = table(&counted, &reviewed);
     let accept = format!(
         "to accept what is counted now: \
          cargo run -- instructions --board {board} --out tests/qemu/instructions.{board}.json"
     );
-    assert_eq!(operations(&counted), operations(&reviewed), "left: counted, right: reviewed; {accept}");
+    assert_eq!(
+        operations(&counted),
+        operations(&reviewed),
+        "left: counted, right: reviewed; {accept}\n\n{table}"
+    );
     let mut all = Vec::new();
     for (counted, reviewed) in counted.iter().zip(&reviewed) {
         assert_eq!((&counted["board"], &reviewed["board"]), (&Value::from(board), &Value::from(board)));
@@ -80,7 +118,7 @@ fn assert_reviewed(board: &str, reviewed: &str) {
     assert!(
         all.is_empty(),
         "{}\ncompiled by {}, reviewed with {}: {MARGIN} instructions are allowed with the same compiler, \
-         {} % with another\n{accept}",
+         {} % with another\n{accept}\n\n{table}",
         all.join("\n"),
         compilers.0,
         compilers.1,
@@ -114,6 +152,24 @@ fn exact_margins() {
     let mut fewer = reviewed.clone();
     fewer["count"] = 6.into();
     assert_eq!(differs(fewer), 1);
+}
+
+/// The table has what differs within the margins as well, what is new and what is gone, and nothing that is the same.
+#[test]
+fn exact_the_table_has_all_that_differs() {
+    let record = |operation: &str, mean: f64, max: u32| {
+        let count = 7;
+        serde_json::json!({ "operation": operation, "count": count, "mean": mean, "max": max })
+    };
+    let reviewed = [record("a", 200.0, 400), record("same", 1.0, 1), record("gone", 2.5, 3)];
+    let counted = [record("a", 190.0, 401), record("same", 1.0, 1), record("new", 10.0, 11)];
+    let table = table(&counted, &reviewed);
+    let rows = [
+        "| a | 200 | 190 | -5.0 | 400 | 401 | +0.2 |",
+        "| gone | 2.5 | - |  | 3 | - |  |",
+        "| new | - | 10 |  | - | 11 |  |",
+    ];
+    assert!(table.lines().skip(2).eq(rows), "{table}");
 }
 
 /// Without an emulator, with a program that prints something else, and with a file that is no program: one line and
