@@ -97,10 +97,10 @@ check_firmware() {
     if [[ -d $(rustc --print sysroot)/lib/rustlib/$target/lib ]]; then
         lint() { cargo clippy --profile firmware --target "$target" "$@" -- -D warnings; }
         lint --package firmware --package firmware-checks --lib --bins
-        # As firmware/BRINGUP.md builds them, and one with the filter that it leaves out.
+        # As firmware/BRINGUP.md builds them, and one with the filters that it leaves out.
         local g474=(--no-default-features --features stm32g474,commissioning,keep)
         local h743=(--no-default-features --features stm32h743,commissioning,impact_aided)
-        lint --package firmware --lib --bin board --features stm32g474
+        lint --package firmware --lib --bin board --features stm32g474,every_filter
         lint --package firmware --lib --bin board "${h743[@]}"
         # The filter core with its optional parts, and without those that are on by default.
         lint --package ud-filter --lib --no-default-features --features defmt,serde

@@ -1,13 +1,13 @@
-//! The filter that a configuration selects, out of those that the program is built with: `constant_rate` always,
-//! `impact_aided` and `twin` by the features of their names.
+//! The filter that a configuration selects, out of those that the program holds: `constant_rate` always, `impact_aided`
+//! and `twin` by the features of their names where the part has time for them ([`crate::part_filters`]).
 
 use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, ImpactInnovation,
     Innovation, Instruments, LdvSample,
 };
-#[cfg(feature = "twin")]
+#[cfg(holds_twin)]
 use estimator::{CheckedMotor, TwinFilter, TwinTuning};
-#[cfg(feature = "impact_aided")]
+#[cfg(holds_impact_aided)]
 use estimator::{ImpactAided, ImpactAidedTuning};
 use link::FilterKind;
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Time};
@@ -18,17 +18,17 @@ use motor_model::{DriveCommand, MotorParams, OutOfBounds, Time};
 #[derive(Debug)]
 #[repr(u8)]
 #[cfg_attr(
-    any(feature = "impact_aided", feature = "twin"),
+    any(holds_impact_aided, holds_twin),
     expect(clippy::large_enum_variant, reason = "a program has one, and no heap")
 )]
 pub enum SelectedFilter {
     /// Camera only.
     ConstantRate(ConstantRate<f32>),
     /// Camera, and impacts from the vibrometer.
-    #[cfg(feature = "impact_aided")]
+    #[cfg(holds_impact_aided)]
     ImpactAided(ImpactAided<f32>),
     /// Camera, and the twin driven by the vibrometer's impacts.
-    #[cfg(feature = "twin")]
+    #[cfg(holds_twin)]
     Twin(TwinFilter<f32>),
 }
 
@@ -37,9 +37,9 @@ macro_rules! forward {
     ($self:ident, $filter:ident => $call:expr) => {
         match $self {
             SelectedFilter::ConstantRate($filter) => $call,
-            #[cfg(feature = "impact_aided")]
+            #[cfg(holds_impact_aided)]
             SelectedFilter::ImpactAided($filter) => $call,
-            #[cfg(feature = "twin")]
+            #[cfg(holds_twin)]
             SelectedFilter::Twin($filter) => $call,
         }
     };
@@ -49,7 +49,7 @@ impl SelectedFilter {
     /// Puts a filter without measurements in `place`, for a motor of `params` under `instruments`, and returns it.
     ///
     /// # Errors
-    /// When the program was built without it, or the model refuses the motor; `place` is then as before.
+    /// When the program does not hold it, or the model refuses the motor; `place` is then as before.
     // Each filter has a function of its own, which is not inlined: the stack then holds one filter, and not one of each
     // kind.
     pub fn build<'m>(
@@ -60,11 +60,11 @@ impl SelectedFilter {
     ) -> Result<&'m mut Self, OutOfBounds> {
         match kind {
             FilterKind::ConstantRate => Ok(Self::build_constant_rate(place, params, instruments)),
-            #[cfg(feature = "impact_aided")]
+            #[cfg(holds_impact_aided)]
             FilterKind::ImpactAided => Ok(Self::build_impact_aided(place, params, instruments)),
-            #[cfg(feature = "twin")]
+            #[cfg(holds_twin)]
             FilterKind::Twin => Self::build_twin(place, params, instruments),
-            #[cfg(not(all(feature = "impact_aided", feature = "twin")))]
+            #[cfg(not(all(holds_impact_aided, holds_twin)))]
             absent => Err(OutOfBounds {
                 key: "estimator.filter",
                 value: f64::from(absent as u8),
@@ -85,7 +85,7 @@ impl SelectedFilter {
         place.insert(Self::ConstantRate(ConstantRate::new(&tuning)))
     }
 
-    #[cfg(feature = "impact_aided")]
+    #[cfg(holds_impact_aided)]
     #[inline(never)]
     fn build_impact_aided<'m>(
         place: &'m mut Option<Self>,
@@ -96,7 +96,7 @@ impl SelectedFilter {
         place.insert(Self::ImpactAided(ImpactAided::new(&tuning)))
     }
 
-    #[cfg(feature = "twin")]
+    #[cfg(holds_twin)]
     #[inline(never)]
     fn build_twin<'m>(
         place: &'m mut Option<Self>,

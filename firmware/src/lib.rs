@@ -7,6 +7,7 @@
 //! | [`application`] | bytes of the host, measurements | ticks of the loop, commands, frames to the host |
 //! | [`loop_report`] | the report of either loop | what the log and the host take of it |
 //! | [`filter`] | a configuration | the filter that it selects |
+//! | [`part_filters`] | the part, and the features of the program | the filters that it holds |
 //! | [`design`] | the design of the motor | the frequencies of its drive |
 //! | [`waveform`] | commands | samples of a sine with continuous phase |
 //! | [`amplifier`] | samples | a pulse width and an enabling pin (`embedded-hal`) |
@@ -46,6 +47,7 @@ pub mod crash_record;
 pub mod design;
 pub mod filter;
 pub mod loop_report;
+pub mod part_filters;
 pub mod ring;
 #[cfg(target_os = "none")]
 pub mod semihosting;

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use firmware::part_filters::{OPTIONAL_FILTERS, PARTS, has_time};
 use host_sim::scene_files::GalleryScene;
 use serde_json::Value;
 use simulation::scene::Scene;
@@ -82,10 +83,27 @@ fn check_fits(report: &Value) {
             assert!(latency_ticks <= 16.0, "{fit}");
         }
     }
+    let mut held = 0;
     for of_part in fits.chunks(3) {
+        held += check_held(of_part);
         let mut fitting = of_part.iter().filter(|fit| fit["latency_ticks"].as_u64() <= Some(16));
         check_scene(fitting.next_back().expect("a filter that fits"));
     }
+    assert_eq!(held, PARTS.len() * OPTIONAL_FILTERS.len(), "{report}");
+}
+
+/// The firmware of a part holds a filter where the part has time for it. How many filters of `of_part` were looked at:
+/// none of a part without firmware, and `constant_rate` is in every program.
+fn check_held(of_part: &[Value]) -> usize {
+    let of_firmware = of_part.iter().filter_map(|fit| {
+        let (part, filter) = (fit["part"]["scene"].as_str()?, fit["filter"].as_str()?);
+        let is_looked_at = OPTIONAL_FILTERS.contains(&filter) && PARTS.iter().any(|&(name, _)| name == part);
+        is_looked_at.then(|| {
+            let fits = fit["latency_ticks"].as_u64().is_some_and(|ticks| ticks <= 16);
+            assert_eq!(has_time(Some(part), filter), fits, "{fit}");
+        })
+    });
+    of_firmware.count()
 }
 
 /// The scene of a part has the best filter that fits it, and a latency for twice the backlog of the counted move:
