@@ -178,4 +178,6 @@ pub fn encode_on_board(
 }
 
 #[cfg(test)]
+mod line_tests;
+#[cfg(test)]
 mod tests;

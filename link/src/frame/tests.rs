@@ -21,9 +21,9 @@ use crate::{
     ShownRecord, TargetRecord, TickRecord, UnreachableRecord, VelocitySums, encode_camera, map_messages,
 };
 
-const HEADER: Header = Header { session: 0x0102_0304, sequence: 7, ticks: 1 << 40 };
+pub(super) const HEADER: Header = Header { session: 0x0102_0304, sequence: 7, ticks: 1 << 40 };
 
-fn framed<M: Serialize>(header: Header, message: &M) -> Vec<u8> {
+pub(super) fn framed<M: Serialize>(header: Header, message: &M) -> Vec<u8> {
     let mut frame = [0; FRAME_BYTES_MAX];
     let length = encode(header, message, &mut frame).unwrap();
     frame[..length].to_vec()
@@ -77,7 +77,7 @@ fn response(shown: ShownRecord) -> BoardMessage {
     BoardMessage::Response(ResponseRecord { number: 300, shown })
 }
 
-fn host_messages() -> Vec<HostMessage> {
+pub(super) fn host_messages() -> Vec<HostMessage> {
     let camera = HostMessage::Camera(CameraRecord {
         exposed_nanos: 123_456_789,
         angle_units: -5,
