@@ -17,8 +17,10 @@ use super::*;
 use crate::test_support::{MOVE, Pin, Pins, framed};
 
 mod amplifier;
+mod line_budget;
 #[cfg(feature = "commissioning")]
 mod reports;
+mod stuck_line;
 
 /// The vibrometer of a rotor at rest. Neighbouring samples differ: equal ones would mean a vibrometer without signal.
 #[derive(Default)]
@@ -337,51 +339,4 @@ fn law_a_silent_host_takes_the_bridge_off() {
     );
     bench.exchange(&HostMessage::Stop);
     assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
-}
-
-/// Bits a second that either direction may carry, 70 % of the line: a repeated frame or a question finds room.
-const BITS_PER_S_MAX: u64 = LINE_BAUD as u64 / 10 * 7;
-
-/// Bits of a byte on the line, start and stop included.
-const BITS_PER_BYTE: u64 = 10;
-
-/// A camera of 10 kHz to the board, and the longest reports from it: those of a rate.
-#[test]
-fn exact_the_line_carries_a_move_at_full_speed() {
-    let frames = 10_000 * SHORT_FRAME_BYTES as u64 * BITS_PER_BYTE;
-    let longest = f32::MAX;
-    let command =
-        CommandRecord { mode: Some(DriveMode::C).into(), amplitude: longest, frequency_offset_hz: longest };
-    // A year after the start; a byte of postcard's carries seven bits.
-    let nanos = 1 << 55;
-    let report = TickRecord {
-        estimate: Some(EstimateRecord {
-            at_nanos: nanos,
-            angle_units: i64::MAX,
-            rate_rad_s: longest,
-            angle_rad2: longest,
-            angle_rate_rad2_s: longest,
-            rate_rad2_s2: longest,
-            resting: true,
-        }),
-        health: Health::Good.into(),
-        camera: Some(InnovationRecord {
-            source: Source::Camera.into(),
-            taken_nanos: nanos,
-            innovation_rad: longest,
-            variance_rad2: longest,
-            verdict: Verdict::Used.into(),
-        }),
-        command,
-        applied: command,
-        phase: PhaseRecord::Rate(RatePhase::Following).into(),
-        since_nanos: nanos,
-        rate: Some(RateRecord { wanted_rad_s: longest, reference_units: Some(i64::MAX) }),
-    };
-    let header = Header { session: u32::MAX, sequence: u32::MAX, ticks: u64::MAX };
-    let mut frame = [0; FRAME_BYTES_MAX];
-    let length = encode(header, &BoardMessage::Report(report), &mut frame).unwrap();
-    let reports_per_s = 1_000_000_000 / (PositionLoop::TICK_NANOS * TICKS_PER_REPORT);
-    let reports = reports_per_s * length as u64 * BITS_PER_BYTE;
-    assert!(frames <= BITS_PER_S_MAX && reports <= BITS_PER_S_MAX, "{frames} {reports}, {length} bytes");
 }
