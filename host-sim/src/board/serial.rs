@@ -1,7 +1,7 @@
 //! A real board at the other end of a serial line: `host-sim run`, `commission --port`, `jog` and `self-test`.
 //!
 //! ```text
-//! frames: file, pipe, or the simulated plant ---> FrameSource --+      +--> observer: log, live view
+//! frames: file, pipe, port or simulated plant ---> FrameSource -+      +--> observer: log, live view
 //!                                                               v      |
 //! board <---- PacedLine: at most the line's rate <---- SerialRun: configure, arm, watch, stop
 //!   |                                                           ^
@@ -20,12 +20,16 @@
 //! | [`frame_text`] | camera frames as lines of text |
 //! | `time_questions` | the questions that set the clocks, and which of them an answer is to |
 //! | `frame_source` | where camera frames come from |
+//! | `frames_on_line` | whether the line carries them |
+//! | `stamp_watch` | whether the board's clock is known as well as their time stamps |
 //! | `fresh_frames` | which of them are sent: no old one where a newer one waits |
 //! | `plant` | the simulated motor under the drive that the board reports: hardware in the loop |
 //! | `report_record` | what the board reports as a record of a run, and the frames that go with it |
 //! | `progress` | what is known in the middle of a run, and who sees it |
 //! | `description` | what the board is told before a run, and what it keeps of it |
 //! | `task` | what is asked of the board, a move, a rate or experiments, and what is seen of it |
+//! | `next_step` | what the board does after it has held its target |
+//! | `watched_move` | what is seen of a move, and of the steps after it |
 //! | `task_filter` | the filter of a task, and the next simpler one for a board without it |
 //! | `commissioned` | the experiments that commission the motor, ordered one by one |
 //! | `serial_run` | the run: from the first message to the acknowledged stop |
@@ -50,10 +54,12 @@ mod error;
 mod fake_board;
 mod frame_source;
 pub mod frame_text;
+mod frames_on_line;
 mod fresh_frames;
 mod host_clock;
 mod jog;
 mod line_rate;
+mod next_step;
 mod outcome;
 mod plant;
 mod port;
@@ -63,9 +69,11 @@ mod report_record;
 mod self_test;
 mod serial_run;
 mod session;
+mod stamp_watch;
 mod task;
 mod task_filter;
 mod time_questions;
+mod watched_move;
 
 pub use description::{DescriptionFigures, Keeping, keep};
 pub use error::SerialError;
@@ -73,13 +81,15 @@ pub use frame_source::FrameSource;
 #[cfg(test)]
 pub(crate) use jog::PreparedJog;
 pub use jog::{JogForecast, JogOutcome, SerialJog, VelocityFigures};
+pub use next_step::{NextStep, NextStepError};
 pub use outcome::{
-    ClockFigures, CommissionFigures, CounterFigures, IdentityFigures, LineFigures, MoveFigures, RateFigures,
-    SerialOutcome, SessionFigures, TaskFigures,
+    ClockFigures, CommissionFigures, CounterFigures, HeldFigures, IdentityFigures, LineFigures, MoveFigures,
+    RateFigures, SerialOutcome, SessionFigures, TaskFigures,
 };
 pub use progress::{Goal, Progress, Watcher};
 #[cfg(test)]
 pub(crate) use self_test::PreparedSelfTest;
 pub use self_test::{Finding, SelfTestOutcome, SerialSelfTest};
 pub use serial_run::SerialRun;
+pub use stamp_watch::ClockDoubt;
 pub use task::BoardTask;

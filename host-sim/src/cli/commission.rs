@@ -104,6 +104,7 @@ impl CommissionArgs {
             baud: port.baud(),
             scene,
             task: BoardTask::Commission,
+            then: &[],
             keeping: Keeping::Untouched,
             source: &source,
             interrupted: &interrupted,

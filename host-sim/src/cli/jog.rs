@@ -58,8 +58,8 @@ impl JogArgs {
 pub(super) struct SelfTestArgs {
     #[command(flatten)]
     port: PortArgs,
-    /// Where camera frames come from: `plant` for the simulated camera, `-` for lines on standard input, or a file or
-    /// named pipe with such lines: time in s, angle in degrees, residual
+    /// Where camera frames come from: `plant` for the simulated camera, or lines as of `run`, from standard input for
+    /// `-`, a program that listens for `tcp:HOST:PORT`, a named pipe, or a recorded file
     #[arg(long, value_name = "SOURCE", default_value = "plant")]
     camera: String,
     /// How to print the result

@@ -17,7 +17,8 @@ use super::readers::{RUN_MOVE, RUN_RATE};
 use super::report::Request;
 use super::{Format, SceneArgs, progress, result_json};
 use crate::board::serial::{
-    BoardTask, FrameSource, IdentityFigures, Keeping, Progress, SerialError, SerialRun, TaskFigures, Watcher,
+    BoardTask, ClockDoubt, FrameSource, IdentityFigures, Keeping, NextStep, Progress, SerialError, SerialRun,
+    TaskFigures, Watcher,
 };
 use crate::cli::CommandError;
 use crate::log::{Ending, LogError, LogOptions, LogRecorder};
@@ -32,16 +33,22 @@ const KEY_FLAGS: [&str; 6] = ["--to", "--tolerance", "--deg-s", "--duration", "-
 pub(super) struct RunArgs {
     #[command(flatten)]
     port: PortArgs,
-    /// Where camera frames come from: `plant` for the simulated motor under the drive that the board reports, `-` for
-    /// lines on standard input, or a file or named pipe with such lines: time in s, angle in degrees, residual
+    /// Where camera frames come from: `plant` for the simulated motor under the drive that the board reports, or lines:
+    /// time in s, angle in degrees, residual. They come from standard input for `-`, from a program that listens for
+    /// `tcp:HOST:PORT`, from a named pipe, or from a file: a recording, whose first frame is exposed on arming
     #[arg(long, value_name = "SOURCE", default_value = "plant")]
     camera: String,
     /// Target angle, clockwise positive
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     to: Option<String>,
+    /// Go on in the same session once the target is held: to an angle, to `hold` the angle at which the rotor then is,
+    /// or to count angles from there (`zero`). Given several times, these are steps one after the other. What the move
+    /// has learnt stays, and its deadline begins anew with each target. Ctrl-C ends all of them
+    #[arg(long, value_name = "DEG|hold|zero", allow_negative_numbers = true)]
+    then: Vec<NextStep>,
     /// Hold a rate in deg/s instead of a move, clockwise positive
     #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
-    #[arg(conflicts_with_all = ["to", "tolerance", "learn"])]
+    #[arg(conflicts_with_all = ["to", "tolerance", "then", "learn"])]
     deg_s: Option<String>,
     /// Time in s for which the rate is held
     #[arg(long, value_name = "S", allow_negative_numbers = true, requires = "deg_s")]
@@ -100,6 +107,7 @@ impl RunArgs {
             baud: self.port.baud(),
             scene: &scene,
             task,
+            then: &self.then,
             keeping: self.keeping(),
             source: &source,
             interrupted: &interrupted,
@@ -200,6 +208,14 @@ impl Watcher for LiveView {
             progress::note(&format!(
                 "note: the board keeps a description of protocol version {version}, not {VERSION}, and does not use it"
             ));
+        }
+    }
+
+    fn clock(&mut self, doubt: &ClockDoubt) {
+        let note = format!("note: {doubt}");
+        match &self.lines {
+            Some(lines) => lines.println(note),
+            None => progress::note(&note),
         }
     }
 

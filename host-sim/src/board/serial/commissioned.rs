@@ -28,7 +28,7 @@ use simulation::scene::Scene;
 use simulation::world::instruments;
 
 /// The host's time after which a message without an answer is sent again. An emulated board is slower than the part.
-const ANSWER_WAIT: Duration = Duration::from_millis(300);
+pub(super) const ANSWER_WAIT: Duration = Duration::from_millis(300);
 
 /// What the host waits for.
 #[derive(Clone, Copy, Debug, PartialEq)]

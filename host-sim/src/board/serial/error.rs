@@ -217,6 +217,10 @@ impl SerialError {
             Self::Disconnected { .. } => "put the cable back and run the command again".to_owned(),
             Self::Stuck { .. } => "see that the board runs: a debugger may have halted it".to_owned(),
             Self::Silent { .. } => "the watchdog may have restarted the board: see its log".to_owned(),
+            Self::SourceEnded { .. } => {
+                "a recording has to be longer than the run; other sources count from arming on, by times of day"
+                    .to_owned()
+            }
             Self::Fault { fault: BoardFault::HostSilent, .. } => {
                 "the host or the line was too slow: see the load, and --baud".to_owned()
             }

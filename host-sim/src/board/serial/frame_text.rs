@@ -12,6 +12,8 @@
 //! | `angle_deg` | deg | -1e6 to 1e6 | angle of the marks, clockwise positive; whole turns do not matter |
 //! | `residual` | 0.1 um | 0 to 255 | [`CameraFrame::residual`]: 0 where the camera does not tell; may be left out |
 //!
+//! The times of a recording are since any time: only their differences count.
+//!
 //! Spaces, tabs or a comma stand between fields. Empty lines and lines that begin with `#` are passed over.
 
 use estimator::CameraFrame;
@@ -20,10 +22,10 @@ use motor_model::{Angle, Time};
 /// Bytes of a line at most.
 pub const LINE_BYTES_MAX: usize = 256;
 
-/// A camera frame with its time of day.
+/// A camera frame by a clock of the host.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HostFrame {
-    /// Middle of the exposure in ns since 1970-01-01 UTC.
+    /// Middle of the exposure in ns: of a line as it stands there, of a [`super::FrameSource`] by the host's clock.
     pub exposed_nanos: i64,
     /// The angle.
     pub angle: Angle,

@@ -95,10 +95,27 @@ pub struct LineFigures {
     pub lost_from_board: u64,
 }
 
+/// A target that was held, before the board moved on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HeldFigures {
+    /// Target in degrees, from the zero of then.
+    pub target_deg: f64,
+    /// When it had been held for as long as was asked, in s since arming by the board's clock.
+    pub held_s: f64,
+    /// The estimate of the angle then, in degrees.
+    pub angle_deg: Option<f64>,
+    /// True angle less target then, in milli-degrees; `null` with a real camera.
+    pub error_true_mdeg: Option<f64>,
+    /// Whether that was within the tolerance, by the truth where it is known, else by the estimate.
+    pub ok: bool,
+}
+
 /// What became of a move.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MoveFigures {
-    /// Target in degrees.
+    /// The targets before the last one.
+    pub held_before: Vec<HeldFigures>,
+    /// The last target in degrees, from the last zero.
     pub target_deg: f64,
     /// Tolerance in degrees.
     pub tolerance_deg: f64,
@@ -110,7 +127,7 @@ pub struct MoveFigures {
     pub final_error_true_mdeg: Option<f64>,
     /// Why the move was given up; `null` if it was not.
     pub stopped: Option<String>,
-    /// Whether the target was held, within the tolerance by the truth where that is known, else by the estimate.
+    /// Whether every target was held, within the tolerance by the truth where that is known, else by the estimate.
     pub ok: bool,
 }
 
@@ -226,9 +243,20 @@ impl From<Counters> for CounterFigures {
     }
 }
 
+impl fmt::Display for HeldFigures {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "held before        {:+.4} deg, until {:.4} s", self.target_deg, self.held_s)?;
+        if let Some(error) = self.error_true_mdeg {
+            write!(f, ", true error {error:+.3} mdeg")?;
+        }
+        writeln!(f, "{}", if self.ok { "" } else { ": not within the tolerance" })
+    }
+}
+
 impl fmt::Display for MoveFigures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { target_deg, tolerance_deg, .. } = self;
+        self.held_before.iter().try_for_each(|held| held.fmt(f))?;
         writeln!(f, "target             {target_deg:+.4} deg, tolerance {tolerance_deg} deg")?;
         match (self.final_angle_deg, self.final_sd_mdeg) {
             (Some(angle), Some(sd)) => writeln!(f, "estimated angle    {angle:+.5} deg +- {sd:.3} mdeg")?,

@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 use link::KeptDescription;
 
 use super::outcome::IdentityFigures;
+use super::stamp_watch::ClockDoubt;
 use simulation::runs::record::RunRecord;
 
 /// What the board is to reach.
@@ -103,6 +104,9 @@ pub trait Watcher {
 
     /// Takes a record. [`ControlFlow::Break`] ends the run as an interruption does.
     fn record(&mut self, record: &RunRecord) -> ControlFlow<()>;
+
+    /// Takes that the board's clock is known less well than the camera's time stamps, once.
+    fn clock(&mut self, doubt: &ClockDoubt);
 
     /// Takes what is known, ten times a second.
     fn progress(&mut self, progress: &Progress);

@@ -15,10 +15,10 @@ use super::SerialError;
 use super::attendance::{Attendance, Seen, set_clocks};
 use super::error::Stopped;
 use super::frame_source::FrameSource;
+use super::frames_on_line::{check_frames, latency_nanos};
 use super::host_clock::host_nanos;
 use super::outcome::IdentityFigures;
 use super::plant::PlantInTheLoop;
-use super::serial_run::check_frames;
 use super::session::BoardSession;
 pub use findings::Finding;
 use findings::findings;
@@ -51,14 +51,14 @@ impl SerialSelfTest<'_> {
     /// When the line does not carry the camera's frames, there is no board, or it does not answer. A finding that is
     /// not good is no error here.
     pub fn run(&self, identified: impl FnOnce(&IdentityFigures)) -> Result<SelfTestOutcome, SerialError> {
-        self.source.check()?;
+        let source = self.source.find()?;
         let PreparedSelfTest { mut plant, instruments } =
             PreparedSelfTest::of(self.scene, self.source, self.baud)?;
         let mut session = BoardSession::open(self.port, self.baud)?;
         let board = IdentityFigures::from(session.identity()?);
         identified(&board);
         let begun_ticks = set_clocks(&mut session)?;
-        self.source.forward_to(session.sender());
+        source.forward_to(session.sender(), latency_nanos(self.scene).cast_signed());
         session.send(&HostMessage::SelfTest)?;
         let (what, ticks_max) = ("the self-test", SelfTestReport::TICKS + LATE_TICKS_MAX);
         let attendance = Attendance { what, begun_ticks, ticks_max, interrupted: self.interrupted };

@@ -7,8 +7,8 @@ use std::time::Duration;
 use controller::PositionLoop;
 use controller::map_correction::LearntFactors;
 use estimator::CameraFrame;
-use link::camera_frame::{LONG_FRAME_BYTES, SHORT_AGE_NANOS};
-use link::{BoardFault, BoardMessage, Header, HostMessage, LdvRecords, SHORT_FRAME_BYTES, TickRecord};
+use link::camera_frame::SHORT_AGE_NANOS;
+use link::{BoardFault, BoardMessage, Header, HostMessage, LdvRecords, TickRecord};
 use motor_model::{Angle, DriveCommand, Time};
 
 use super::SerialError;
@@ -17,9 +17,11 @@ use super::description::{DescriptionFigures, Keeping, Preparation, prepare};
 use super::error::Stopped;
 use super::frame_source::FrameSource;
 use super::frame_text::HostFrame;
+use super::frames_on_line::{check_frames, latency_nanos};
 use super::fresh_frames::FreshFrames;
 use super::host_clock::{host_nanos, nanos, seconds};
-use super::line_rate::{LineLoad, bytes_per_s};
+use super::line_rate::LineLoad;
+use super::next_step::NextStep;
 use super::outcome::{
     ClockFigures, CounterFigures, IdentityFigures, LineFigures, SerialOutcome, SessionFigures,
 };
@@ -27,9 +29,9 @@ use super::plant::PlantInTheLoop;
 use super::progress::{Progress, Watcher};
 use super::report_record::{ReportRecords, Reported, sd_deg};
 use super::session::{BoardSession, Event};
+use super::stamp_watch::StampWatch;
 use super::task::{BoardTask, WatchedTask};
 use super::time_questions::is_time_answer;
-use simulation::math::count::real;
 use simulation::runs::record::mode_word;
 use simulation::scene::Scene;
 
@@ -49,8 +51,6 @@ pub(super) const FIRST_QUESTIONS: u32 = 16;
 pub(super) const LOOK_EVERY: Duration = Duration::from_millis(4);
 /// Time between two pictures of the live view.
 const PROGRESS_EVERY: Duration = Duration::from_millis(100);
-/// Share of the line that camera frames may take.
-const FRAMES_SHARE_MAX: f64 = 0.7;
 
 /// A task on the board at a serial port.
 #[derive(Clone, Copy, Debug)]
@@ -63,6 +63,8 @@ pub struct SerialRun<'a> {
     pub scene: &'a Scene,
     /// What of the scene is asked of the board.
     pub task: BoardTask,
+    /// What the board does after a move, step by step.
+    pub then: &'a [NextStep],
     /// What becomes of the description that the board keeps.
     pub keeping: Keeping,
     /// Where camera frames come from.
@@ -79,7 +81,7 @@ impl SerialRun<'_> {
     /// before its end.
     pub fn run(&self, watcher: &mut impl Watcher) -> Result<SerialOutcome, SerialError> {
         self.check_line()?;
-        self.source.check()?;
+        let source = self.source.find()?;
         let plant = match self.source {
             FrameSource::Plant => {
                 Some(PlantInTheLoop::new(self.scene).map_err(simulation::runs::RunError::from)?)
@@ -88,7 +90,7 @@ impl SerialRun<'_> {
         };
         let preparation = Preparation::of(self.task, self.scene)?;
         let zero = preparation.zero.unwrap_or_default();
-        let task = self.task.watched(self.scene)?;
+        let task = self.task.watched(self.scene)?.followed_by(self.then);
         let mut session = BoardSession::open(self.port, self.baud)?;
         let identity = IdentityFigures::from(session.identity()?);
         watcher.board(&identity);
@@ -98,9 +100,13 @@ impl SerialRun<'_> {
             session.stop();
         })?;
         // Not before: what waits for an answer passes over the end of a source.
-        self.source.forward_to(session.sender());
-        let frames = FreshFrames::new(latency_nanos(self.scene).saturating_add(SHORT_AGE_NANOS));
-        let mut armed = ArmedRun::new(session, task, (identity, description), (plant, frames), (ticks, zero));
+        let latency_nanos = latency_nanos(self.scene);
+        source.forward_to(session.sender(), latency_nanos.cast_signed());
+        let frames = FreshFrames::new(latency_nanos.saturating_add(SHORT_AGE_NANOS));
+        // The plant's instants are by the board's clock.
+        let stamps = plant.as_ref().map_or_else(|| StampWatch::new(self.scene), |_| StampWatch::none());
+        let source = (plant, frames, stamps);
+        let mut armed = ArmedRun::new(session, task, (identity, description), source, (ticks, zero));
         let ending = armed.watch(self.interrupted, watcher);
         armed.end(ending)
     }
@@ -113,30 +119,6 @@ impl SerialRun<'_> {
         }
         check_frames(scene, baud)
     }
-}
-
-/// Refuses a camera whose frames the line does not carry. Those of a late camera are longer.
-pub(super) fn check_frames(scene: &Scene, baud: u32) -> Result<(), SerialError> {
-    let frame_rate_hz = scene.number("camera.frame_rate_hz");
-    let is_late = latency_nanos(scene) > SHORT_AGE_NANOS;
-    let most_hz = most_frames_hz(if is_late { LONG_FRAME_BYTES } else { SHORT_FRAME_BYTES }, baud);
-    let needed_baud = f64::from(baud) * frame_rate_hz / most_hz;
-    if frame_rate_hz > most_hz {
-        return Err(SerialError::LineTooSlow { frame_rate_hz, needed_baud, most_hz, baud });
-    }
-    Ok(())
-}
-
-/// Time in ns from the middle of an exposure until its frame is there.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive, and at most 20 s")]
-fn latency_nanos(scene: &Scene) -> u64 {
-    let frames_s = real(scene.integer("camera.latency_frames")) / scene.number("camera.frame_rate_hz");
-    (1e9 * (frames_s + scene.number("camera.latency_s"))).ceil() as u64
-}
-
-/// The most frames in a second of so many bytes.
-fn most_frames_hz(bytes: usize, baud: u32) -> f64 {
-    FRAMES_SHARE_MAX * bytes_per_s(baud) / real(bytes)
 }
 
 /// Why the watch has ended.
@@ -183,6 +165,7 @@ struct ArmedRun {
     time_answers: u32,
     time_answered: bool,
     progress_at: i64,
+    stamps: StampWatch,
     frames_sent: u64,
     frame_bytes: u64,
     frames_early: u64,
@@ -194,7 +177,7 @@ impl ArmedRun {
         mut session: BoardSession,
         task: WatchedTask,
         (identity, description): (IdentityFigures, DescriptionFigures),
-        (plant, frames): (Option<PlantInTheLoop>, FreshFrames),
+        (plant, frames, stamps): (Option<PlantInTheLoop>, FreshFrames, StampWatch),
         (begun_ticks, zero): (u64, Angle),
     ) -> Self {
         let now = host_nanos();
@@ -218,6 +201,7 @@ impl ArmedRun {
             time_answers: 1,
             time_answered: true,
             progress_at: now,
+            stamps,
             frames_sent: 0,
             frame_bytes: 0,
             frames_early: 0,
@@ -257,6 +241,9 @@ impl ArmedRun {
             let progress = self.progress(seconds(now - self.progress_at));
             self.progress_at = now;
             watcher.progress(&progress);
+            if self.time_answers >= FIRST_QUESTIONS {
+                self.stamps.look(self.session.clock(), now).iter().for_each(|doubt| watcher.clock(doubt));
+            }
         }
         if let Some(message) = self.task.due(now) {
             self.session.send(&message)?;
@@ -280,7 +267,7 @@ impl ArmedRun {
             // An order or a question that came twice, or too early: it is asked again.
             Event::Board { message: BoardMessage::Fault(BoardFault::NotInOrder), .. } => {}
             Event::Board { message: BoardMessage::Fault(fault), .. } => return Err(Early::Fault(fault)),
-            Event::Board { message, .. } => self.task.take_answer(&message),
+            Event::Board { message, .. } => self.answer(&message),
             Event::OtherVersion { theirs } => return Err(SerialError::OtherVersion { theirs }.into()),
             Event::Closed(reason) => return Err(self.session.closed(reason, Some(self.armed_at)).into()),
             Event::Frame(frame) => self.host_frame(&frame)?,
@@ -288,6 +275,15 @@ impl ArmedRun {
             Event::SourceFailed(error) => return Err(Early::SourceFailed(error)),
         }
         Ok(false)
+    }
+
+    /// Takes an answer that is none to what the run itself asks. Reports after a zero count from it.
+    fn answer(&mut self, answer: &BoardMessage) {
+        if let BoardMessage::Zeroed { angle_units } = answer {
+            let before = std::mem::replace(&mut self.zero, Angle::from_units(*angle_units));
+            self.task.zeroed(self.zero.minus(before));
+        }
+        self.task.take_answer(answer);
     }
 
     /// Takes a report; whether the run is over with it.
@@ -442,25 +438,4 @@ impl ArmedRun {
 }
 
 #[cfg(all(test, unix))]
-mod heap_tests;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// 10,000 frames a second fit a line of 2,000,000 baud while they are short. Those of a camera that is 12 ms late
-    /// are long: 3,500 a second are the most.
-    #[test]
-    fn exact_a_late_camera_needs_a_faster_line() {
-        let checked = |latency: &str, baud| {
-            let sets = ["camera.frame_rate_hz=10000".to_owned(), format!("camera.latency_s={latency}")];
-            check_frames(&Scene::of_sets(&sets).unwrap(), baud)
-        };
-        assert!(checked("0", 2_000_000).is_ok() && checked("0.01", 2_000_000).is_ok());
-        let Err(SerialError::LineTooSlow { most_hz, .. }) = checked("0.012", 2_000_000) else {
-            panic!("a late camera fits the line");
-        };
-        // 70 % of 200,000 bytes a second, of 40 bytes each.
-        assert!((most_hz - 3500.0).abs() < 1e-6 && checked("0.012", 5_714_286).is_ok());
-    }
-}
+mod with_fake_board;

@@ -20,7 +20,7 @@ use serialport::SerialPort;
 
 use super::clock::{BoardClock, ClockSync, Exchange};
 use super::frame_text::{FrameTextError, HostFrame};
-use super::host_clock::{self, day_nanos, host_nanos, nanos, seconds};
+use super::host_clock::{day_nanos, host_nanos, nanos, seconds};
 use super::line_rate::{LineLoad, LinePace};
 use super::port_reader::PortReader;
 use super::time_questions::{TimeQuestions, is_time_answer};
@@ -47,7 +47,7 @@ pub(super) enum Event {
     OtherVersion { theirs: u8 },
     /// The port cannot be read any more.
     Closed(String),
-    /// A camera frame of the source.
+    /// A camera frame of the source, by the host's clock.
     Frame(HostFrame),
     /// The source has no more.
     SourceEnded,
@@ -222,8 +222,7 @@ impl BoardSession {
 
     /// A frame of the source by the board's clock; `None` before that is known.
     pub(super) fn on_board(&self, frame: &HostFrame) -> Option<CameraFrame> {
-        let exposed_nanos = host_clock::of_day(frame.exposed_nanos);
-        self.clock().map(|clock| frame.on_board(clock.board_nanos(exposed_nanos)))
+        self.clock().map(|clock| frame.on_board(clock.board_nanos(frame.exposed_nanos)))
     }
 
     /// Sends a camera frame when the line is free; the frame as it goes over the line, and its bytes. Its instant is

@@ -13,9 +13,11 @@ use link::{BoardMessage, HostMessage, PhaseRecord, RatePhase};
 use motor_model::{Angle, Time};
 
 use super::commissioned::WatchedCommissioning;
-use super::outcome::{MoveFigures, RateFigures, TaskFigures};
+use super::next_step::NextStep;
+use super::outcome::{RateFigures, TaskFigures};
 use super::progress::Goal;
-use super::report_record::{Reported, sd_deg};
+use super::report_record::Reported;
+use super::watched_move::WatchedMove;
 use crate::board::BoardError;
 use crate::board::pil::{commission_preparation, preparation, rate_preparation};
 use simulation::runs::rate::{SETTLE_S, reason};
@@ -61,12 +63,7 @@ impl BoardTask {
     /// When the scene's map is for another design.
     pub(super) fn watched(self, scene: &Scene) -> Result<WatchedTask, BoardError> {
         Ok(match self {
-            Self::Move => WatchedTask::Move(WatchedMove {
-                target_deg: scene.number("position.to_deg"),
-                tolerance_deg: scene.number("position.tolerance_deg"),
-                hold_nanos: scene.nanos("position.hold_s"),
-                holding_since: None,
-            }),
+            Self::Move => WatchedTask::Move(WatchedMove::new(scene)),
             Self::Rate => WatchedTask::Rate(WatchedRate {
                 rate_deg_s: scene.number("rate.deg_s"),
                 asked_s: scene.number("rate.duration_s"),
@@ -86,10 +83,18 @@ pub(super) enum WatchedTask {
 }
 
 impl WatchedTask {
+    /// The same, of a move with `steps` after it.
+    pub(super) fn followed_by(self, steps: &[NextStep]) -> Self {
+        match self {
+            Self::Move(watched) => Self::Move(watched.followed_by(steps)),
+            other => other,
+        }
+    }
+
     /// Takes a report at `at` since arming, and the truth beside it; whether the task is over with it.
     pub(super) fn take(&mut self, at: Time, reported: &Reported, truth: Option<Truth>) -> bool {
         match self {
-            Self::Move(watched) => watched.take(at, reported),
+            Self::Move(watched) => watched.take(at, reported, truth),
             Self::Rate(watched) => watched.take(at, reported, truth),
             Self::Commission(watched) => watched.take(at, reported),
         }
@@ -97,15 +102,25 @@ impl WatchedTask {
 
     /// Takes an answer of the board that is none to what the run itself asks.
     pub(super) fn take_answer(&mut self, answer: &BoardMessage) {
-        if let Self::Commission(watched) = self {
-            watched.take_answer(answer);
+        match self {
+            Self::Move(watched) => watched.take_answer(answer),
+            Self::Rate(_) => {}
+            Self::Commission(watched) => watched.take_answer(answer),
+        }
+    }
+
+    /// The board counts angles from a zero that is `by` farther.
+    pub(super) fn zeroed(&mut self, by: Angle) {
+        if let Self::Move(watched) = self {
+            watched.zeroed(by);
         }
     }
 
     /// What the board is to be told now, at `now` of the host's clock, if anything is.
     pub(super) fn due(&mut self, now: i64) -> Option<HostMessage> {
         match self {
-            Self::Move(_) | Self::Rate(_) => None,
+            Self::Move(watched) => watched.due(now),
+            Self::Rate(_) => None,
             Self::Commission(watched) => watched.due(now),
         }
     }
@@ -117,7 +132,7 @@ impl WatchedTask {
 
     pub(super) fn goal(&self) -> Goal {
         match self {
-            Self::Move(watched) => Goal::Angle { target_deg: watched.target_deg },
+            Self::Move(watched) => Goal::Angle { target_deg: watched.target_deg() },
             Self::Rate(watched) => Goal::Rate { rate_deg_s: watched.rate_deg_s },
             Self::Commission(watched) => Goal::Map { experiments: watched.experiments() },
         }
@@ -129,45 +144,6 @@ impl WatchedTask {
             Self::Move(watched) => TaskFigures::Move(watched.figures(last, truth)),
             Self::Rate(watched) => TaskFigures::Rate(watched.figures()),
             Self::Commission(watched) => TaskFigures::Commission(Box::new(watched.figures())),
-        }
-    }
-}
-
-/// What has been seen of a move.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct WatchedMove {
-    target_deg: f64,
-    tolerance_deg: f64,
-    hold_nanos: u64,
-    holding_since: Option<Time>,
-}
-
-impl WatchedMove {
-    fn take(&mut self, at: Time, reported: &Reported) -> bool {
-        let holds = reported.phase == PhaseRecord::Holding;
-        self.holding_since = if holds { self.holding_since.or(Some(at)) } else { None };
-        let held = self.holding_since.is_some_and(|since| at.nanos_since(since) >= self.hold_nanos);
-        held || matches!(reported.phase, PhaseRecord::Stopped(_))
-    }
-
-    fn figures(&self, last: Option<&Reported>, truth: Option<Truth>) -> MoveFigures {
-        let Self { target_deg, tolerance_deg, .. } = *self;
-        let estimate = last.and_then(|reported| reported.estimate);
-        let error_deg = |angle: Angle| angle.degrees() - target_deg;
-        let final_angle = truth.map(|truth| truth.angle).or(estimate.map(|estimate| estimate.angle));
-        let stopped = match last.map(|reported| reported.phase) {
-            Some(PhaseRecord::Stopped(why)) => Some(format!("{why:?}")),
-            _ => None,
-        };
-        let within = final_angle.is_some_and(|angle| error_deg(angle).abs() <= tolerance_deg);
-        MoveFigures {
-            target_deg,
-            tolerance_deg,
-            final_angle_deg: estimate.map(|estimate| estimate.angle.degrees()),
-            final_sd_mdeg: estimate.map(|estimate| 1e3 * sd_deg(estimate.angle_rad2)),
-            final_error_true_mdeg: truth.map(|truth| 1e3 * error_deg(truth.angle)),
-            ok: stopped.is_none() && self.holding_since.is_some() && within,
-            stopped,
         }
     }
 }

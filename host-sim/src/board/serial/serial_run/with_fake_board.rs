@@ -1,14 +1,15 @@
-use std::time::{SystemTime, UNIX_EPOCH};
-
-use link::{BoardIdentity, KeptDescription, ResetCause, decode};
+use link::{BoardIdentity, KeptDescription, ResetCause, SHORT_FRAME_BYTES, decode};
 use simulation::runs::record::RunRecord;
 
 use super::*;
 use crate::board::serial::fake_board::FakeBoard;
+use crate::board::serial::stamp_watch::ClockDoubt;
 
-struct Nobody;
+/// Sees how often the clock is doubted.
+#[derive(Default)]
+struct Doubts(usize);
 
-impl Watcher for Nobody {
+impl Watcher for Doubts {
     fn board(&mut self, _: &IdentityFigures) {}
 
     fn kept(&mut self, _: KeptDescription) {}
@@ -17,33 +18,64 @@ impl Watcher for Nobody {
         ControlFlow::Continue(())
     }
 
+    fn clock(&mut self, _: &ClockDoubt) {
+        self.0 += 1;
+    }
+
     fn progress(&mut self, _: &Progress) {}
 }
 
-/// A camera program that stood still writes fifty frames at once, of the last `from_ms` milliseconds: how many of
-/// them went to the board as short frames, how many as others, and how many were left out.
-fn sent_of_a_heap(from_ms: i64) -> (usize, usize, u64) {
+/// The run of a board that has answered once, a millisecond later.
+fn armed(stamps: StampWatch) -> (ArmedRun, FakeBoard) {
     let (mut session, mut board) = FakeBoard::with_session();
     session.ask_time().unwrap();
     assert_eq!(board.hears(), HostMessage::Arm);
+    std::thread::sleep(Duration::from_millis(1));
     board.says(100_000, &BoardMessage::Armed);
     assert!(session.next_event_until(host_nanos() + 5_000_000_000).is_some());
-    let events = session.sender();
     let identity = BoardIdentity { loop_digest: 0, reset_cause: ResetCause::Power.into() };
     let description = DescriptionFigures { digest: String::new(), sent: true, kept: false, filter: "none" };
     let task = BoardTask::Move.watched(&Scene::of_sets(&[]).unwrap()).unwrap();
     let frames = FreshFrames::new(SHORT_AGE_NANOS);
     let figures = (identity.into(), description);
-    let mut run = ArmedRun::new(session, task, figures, (None, frames), (0, Angle::ZERO));
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
+    (ArmedRun::new(session, task, figures, (None, frames, stamps), (0, Angle::ZERO)), board)
+}
+
+/// A clock that is known to half a millisecond, with time stamps of ten microseconds: it is told once, when the first
+/// questions are answered, and not where instants are by the board's clock.
+#[test]
+fn exact_a_doubtful_clock_is_told_once() {
+    let scene = Scene::of_sets(&["camera.stamp_jitter_s=1e-5".to_owned()]).unwrap();
+    for (stamps, answers, told) in [
+        (StampWatch::new(&scene), FIRST_QUESTIONS, 1),
+        (StampWatch::new(&scene), FIRST_QUESTIONS - 1, 0),
+        (StampWatch::none(), FIRST_QUESTIONS, 0),
+    ] {
+        let (mut run, _board) = armed(stamps);
+        run.time_answers = answers;
+        let mut doubts = Doubts::default();
+        for _ in 0..3 {
+            run.progress_at -= nanos(PROGRESS_EVERY);
+            assert!(run.next(&AtomicBool::new(false), &mut doubts).is_ok_and(|is_over| !is_over));
+        }
+        assert_eq!(doubts.0, told, "{answers}");
+    }
+}
+
+/// A camera program that stood still writes fifty frames at once, of the last `from_ms` milliseconds: how many of
+/// them went to the board as short frames, how many as others, and how many were left out.
+fn sent_of_a_heap(from_ms: i64) -> (usize, usize, u64) {
+    let (mut run, mut board) = armed(StampWatch::none());
+    let events = run.session.sender();
+    let now = host_nanos();
     for ms in 0..50 {
-        let exposed_nanos = nanos(now) - (from_ms - ms) * 1_000_000;
+        let exposed_nanos = now - (from_ms - ms) * 1_000_000;
         let frame = HostFrame { exposed_nanos, angle: Angle::ZERO, residual: 0 };
         events.send(Event::Frame(frame)).unwrap();
     }
     let interrupted = AtomicBool::new(false);
     for _ in 0..60 {
-        assert!(run.next(&interrupted, &mut Nobody).is_ok_and(|is_over| !is_over));
+        assert!(run.next(&interrupted, &mut Doubts::default()).is_ok_and(|is_over| !is_over));
     }
     let (mut short, mut long) = (0, 0);
     while let Some(mut frame) = board.frame() {

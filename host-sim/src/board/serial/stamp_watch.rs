@@ -1,0 +1,107 @@
+//! Whether the board's clock is known as well as the time stamps of the camera are said to be.
+//!
+//! Frames of a camera go to the board with their instants by its clock. That is known to a bound from round trips
+//! ([`super::clock`]), whose error is one of the frame's instant, and the filters are not told of it.
+
+use std::fmt;
+
+use controller::TICK_NANOS;
+use simulation::math::count::real;
+use simulation::scene::Scene;
+
+use super::clock::BoardClock;
+
+/// Standard deviations of a time stamp that a bound may be.
+const SIGMAS: f64 = 3.0;
+
+/// A clock that is known less well than the time stamps of the camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClockDoubt {
+    /// Bound of the error of the board's clock, in us.
+    pub bound_us: f64,
+    /// What the scene's time stamps allow, in us: three standard deviations, and the tick by which the board counts.
+    pub allowed_us: f64,
+}
+
+impl fmt::Display for ClockDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { bound_us, allowed_us } = self;
+        let jitter_s = (bound_us / SIGMAS).ceil() * 1e-6;
+        write!(
+            f,
+            "the board's clock is known to {bound_us:.0} us, and camera.stamp_jitter_s allows {allowed_us:.0} us: a \
+             rotor at 100 deg/s turns by {:.0} mdeg meanwhile; hint: a line with shorter round trips, or simulate with \
+             --set camera.stamp_jitter_s={jitter_s:.6}",
+            0.1 * bound_us
+        )
+    }
+}
+
+/// Looks at the clock until there is a doubt, once.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StampWatch {
+    allowed_nanos: Option<f64>,
+}
+
+impl StampWatch {
+    /// Of the camera of `scene`.
+    pub(super) fn new(scene: &Scene) -> Self {
+        let jitter_nanos = 1e9 * scene.number("camera.stamp_jitter_s");
+        Self { allowed_nanos: Some(SIGMAS * jitter_nanos + real(TICK_NANOS)) }
+    }
+
+    /// Of frames whose instants are by the board's clock.
+    pub(super) fn none() -> Self {
+        Self { allowed_nanos: None }
+    }
+
+    /// Looks at what is known of the board's clock at `now` of the host's: a doubt is told once.
+    pub(super) fn look(&mut self, clock: Option<BoardClock>, now: i64) -> Option<ClockDoubt> {
+        let bound_nanos = clock?.uncertainty_nanos(now);
+        let allowed_nanos = self.allowed_nanos.take_if(|allowed| bound_nanos > *allowed)?;
+        Some(ClockDoubt { bound_us: 1e-3 * bound_nanos, allowed_us: 1e-3 * allowed_nanos })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::clock::{ClockSync, Exchange};
+    use super::*;
+
+    /// The clock of one exchange of so many us, which knows it to half of that and half a tick of 10 us.
+    fn clock(round_trip_us: i64) -> Option<BoardClock> {
+        let mut sync = ClockSync::default();
+        sync.add(Exchange { sent_nanos: 0, received_nanos: 1000 * round_trip_us, ticks: 7 });
+        sync.at(0)
+    }
+
+    fn watch(jitter: &str) -> StampWatch {
+        StampWatch::new(&Scene::of_sets(&[format!("camera.stamp_jitter_s={jitter}")]).unwrap())
+    }
+
+    /// Up to three standard deviations and a tick nothing is told, beyond that once. A clock that is not known is not
+    /// doubted.
+    #[test]
+    fn exact_a_clock_beyond_the_stamps_is_told_once() {
+        let mut exact = watch("0");
+        assert_eq!((exact.look(None, 0), exact.look(clock(10), 0)), (None, None));
+        let doubt = exact.look(clock(1000), 0).unwrap();
+        assert!((doubt.bound_us - 505.0).abs() < 1e-9 && (doubt.allowed_us - 10.0).abs() < 1e-9, "{doubt:?}");
+        assert_eq!(exact.look(clock(1000), 0), None);
+        let mut jittered = watch("1e-4");
+        assert_eq!(jittered.look(clock(609), 0), None);
+        assert!(jittered.look(clock(611), 0).is_some());
+        assert_eq!(StampWatch::none().look(clock(1_000_000), 0), None);
+    }
+
+    /// In 505 us a rotor at 100 deg/s turns by 50.5 mdeg. The jitter of the hint is enough.
+    #[test]
+    fn exact_what_is_told_of_a_doubt() {
+        let text = watch("0").look(clock(1000), 0).unwrap().to_string();
+        let expected = "the board's clock is known to 505 us, and camera.stamp_jitter_s allows 10 us: a rotor at 100 \
+                        deg/s turns by 50 mdeg meanwhile; hint: a line with shorter round trips, or simulate with \
+                        --set camera.stamp_jitter_s=0.000169";
+        assert_eq!(text, expected);
+        assert_eq!(watch("0.000169").look(clock(1000), 0), None);
+    }
+}
