@@ -5,8 +5,9 @@ use std::process::{Command, Output, Stdio};
 use link::{BoardFault, BoardMessage, JogReport};
 use serde_json::Value;
 
-use crate::cabled_board::{CabledBoard, Disturbance, Starved, not_starved};
+use crate::cabled_board::{CabledBoard, Disturbance};
 use crate::programs::host_sim;
+use crate::starved::not_starved;
 use crate::{refusal, refused};
 
 /// Either mode is on for its time. The simulated rotor turns its way, by what the map of its design says of a drawn
@@ -18,7 +19,7 @@ fn tool_jog_turns_the_rotor_the_way_of_its_mode() {
         let (board, Output { status, stdout, stderr }) = not_starved(|| {
             let board = CabledBoard::start_in_real_time();
             let output = board.command("jog", &jog).wait_with_output().expect("it ends");
-            Starved::check(&String::from_utf8_lossy(&output.stderr))?;
+            board.check_starved(&output.stderr)?;
             Ok((board, output))
         });
         assert!(status.success() && stderr.is_empty(), "{}", String::from_utf8_lossy(&stderr));
@@ -66,7 +67,7 @@ fn tool_jog_without_its_cable_goes_off() {
             board.plug(Disturbance::default());
         }
         let output = board.command("jog", &["--duration", "0.01"]).wait_with_output().expect("it ends");
-        Starved::check(&String::from_utf8_lossy(&output.stderr))?;
+        board.check_starved(&output.stderr)?;
         Ok(output)
     });
     let text = String::from_utf8_lossy(&output.stdout);
@@ -112,13 +113,10 @@ fn tool_self_test_passes_and_names_what_is_dead() {
     let (board, output) = not_starved(|| {
         let board = CabledBoard::start();
         let output = board.command("self-test", &[]).wait_with_output().expect("it ends");
-        Starved::check(&String::from_utf8_lossy(&output.stderr))?;
+        board.check_starved(&output.stderr)?;
         // While this machine is busy the board's time runs on: frames are then as old as the test says, or so old that
         // their short stamps mean another time.
-        if String::from_utf8_lossy(&output.stdout).contains(" ms old; hint: ") {
-            println!("starved: {}", String::from_utf8_lossy(&output.stdout));
-            return Err(Starved);
-        }
+        board.check_starved(&output.stdout)?;
         Ok((board, output))
     });
     let found = verdicts(&output.stdout);
@@ -133,7 +131,7 @@ fn tool_self_test_passes_and_names_what_is_dead() {
         let frames = test.stdin.take();
         let output = test.wait_with_output().expect("it ends");
         drop(frames);
-        Starved::check(&String::from_utf8_lossy(&output.stderr))?;
+        board.check_starved(&output.stderr)?;
         Ok(output)
     });
     let found = verdicts(&output.stdout);

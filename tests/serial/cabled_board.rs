@@ -21,6 +21,7 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use tempfile::TempDir;
 
 use crate::programs::{elf, elf_with, host_sim};
+use crate::starved::{Starved, WaitOfEmulator};
 
 /// The rate of the line: that of the firmware.
 pub const BAUD: u32 = LINE_BAUD;
@@ -36,35 +37,6 @@ const LINE_BYTES: usize = 4096;
 
 /// Niceness of the emulated processor: a tenth of a thread of niceness 0.
 const NICE: i32 = 10;
-
-/// The emulated line takes a byte whenever the emulator's other thread wakes. On a busy machine 10 ms of the board's
-/// time can pass in between: then the board misses the host, as it should. Or the emulator takes more than 2 s to
-/// start, more than 3 s for an answer, more than a second for its next report, or it takes no byte for a while.
-#[derive(Debug)]
-pub struct Starved;
-
-impl Starved {
-    pub fn check(stderr: &str) -> Result<(), Self> {
-        let signs = [
-            "the host was silent",
-            "no board answers",
-            "the board does not answer to",
-            "the board was silent",
-            "took no byte",
-        ];
-        if signs.iter().any(|sign| stderr.contains(sign)) {
-            // For whoever reads why a test was slow or failed.
-            println!("starved: {}", stderr.lines().last().unwrap_or_default());
-            return Err(Self);
-        }
-        Ok(())
-    }
-}
-
-/// The first of a few attempts whose board was not starved.
-pub fn not_starved<T>(mut attempt: impl FnMut() -> Result<T, Starved>) -> T {
-    (0..6).find_map(|_| attempt().ok()).expect("a machine that is not too busy for the emulator")
-}
 
 /// Name of the socket of the emulator's control.
 const CONTROL: &str = "control";
@@ -144,6 +116,7 @@ struct Cable {
 /// The emulated board, and a cable to a port of this machine.
 pub struct CabledBoard {
     qemu: Child,
+    wait: WaitOfEmulator,
     cable: Option<Cable>,
     /// The board's end of the cable, while none is in its place. The emulator ends with its input.
     loose_end: Option<ChildStdin>,
@@ -203,8 +176,9 @@ impl CabledBoard {
         let to_host = Arc::new(Mutex::new(None));
         let host_end = Arc::clone(&to_host);
         spawn(move || carry_from_board(from_qemu, &host_end, &hear));
+        let wait = WaitOfEmulator::new(qemu.id());
         let mut board =
-            Self { qemu, cable: None, loose_end: Some(to_qemu), to_host, said, folder, _alone: alone };
+            Self { qemu, wait, cable: None, loose_end: Some(to_qemu), to_host, said, folder, _alone: alone };
         board.put_processor_last();
         board.plug(disturbance);
         board
@@ -272,6 +246,11 @@ impl CabledBoard {
         self.said.try_iter().collect()
     }
 
+    /// Whether a busy machine has spoilt the attempt whose command says `text`.
+    pub fn check_starved(&self, text: &[u8]) -> Result<(), Starved> {
+        self.wait.check(&String::from_utf8_lossy(text))
+    }
+
     /// Whether its cable is pulled.
     pub fn is_unplugged(&self) -> bool {
         self.cable.is_none()
@@ -324,7 +303,7 @@ impl CabledBoard {
                 let mut stderr = String::new();
                 let pipe = run.stderr.as_mut().expect("a pipe");
                 pipe.read_to_string(&mut stderr).expect("text");
-                Starved::check(&stderr)?;
+                self.wait.check(&stderr)?;
                 panic!("it does not say so: {status} {stderr}");
             }
             assert!(begun.elapsed() < WAIT_MAX, "it does not say so");

@@ -4,8 +4,9 @@ use std::process::Output;
 
 use link::BoardMessage;
 
-use crate::cabled_board::{CabledBoard, Starved, not_starved};
+use crate::cabled_board::CabledBoard;
 use crate::refused;
+use crate::starved::not_starved;
 
 /// Nothing turns this motor: the strongest drive of either mode tells it, the motor is refused as in the simulation,
 /// and the drive is off. The board was ordered what the plan wants, and has answered with what its rotor did.
@@ -17,7 +18,7 @@ fn tool_commission_refuses_a_dead_motor_at_a_board() {
     let (board, output) = not_starved(|| {
         let board = CabledBoard::start();
         let output = board.command("commission", &arguments).wait_with_output().expect("it ends");
-        Starved::check(&String::from_utf8_lossy(&output.stderr))?;
+        board.check_starved(&output.stderr)?;
         Ok((board, output))
     });
     let Output { stderr, .. } = &output;

@@ -8,11 +8,14 @@ mod programs;
 mod by_hand;
 mod cabled_board;
 mod commissioned;
+mod frame_sources;
+mod starved;
+mod targets;
 
 use std::io::{Read, Write};
 use std::process::{Child, Command, Output, Stdio};
 use std::thread::{sleep, spawn};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use controller::ResponseMap;
 use controller::map_correction::{LearntFactors, MapCorrection};
@@ -23,10 +26,9 @@ use serde_json::Value;
 use simulation::math::count::real;
 use simulation::scene::{parse_response_map, response_map_text};
 
-use cabled_board::{
-    BAUD, CabledBoard, Disturbance, INSTRUMENTS, PseudoTerminal, Starved, WAIT_MAX, not_starved,
-};
+use cabled_board::{BAUD, CabledBoard, Disturbance, INSTRUMENTS, PseudoTerminal};
 use programs::host_sim;
+use starved::{Starved, not_starved};
 
 /// A cable that spoils a frame of the response map, the answer to the question whether it is late, and a later answer.
 const DISTURBED: Disturbance = Disturbance { to_board: &[400], from_board: &[200, 300] };
@@ -83,7 +85,7 @@ fn tool_run_moves_a_simulated_motor_by_a_board_at_a_serial_line() {
         let flags = ["--learn", "--keep", "--zero", "0.5", "--format", "json", "--log", log];
         let run = board.run(&[&SHORT[..], &bench, &flags].concat());
         let output = run.wait_with_output().expect("it ends");
-        Starved::check(&String::from_utf8_lossy(&output.stderr))?;
+        board.check_starved(&output.stderr)?;
         Ok((board, output))
     });
     let stderr = String::from_utf8_lossy(&stderr);
@@ -151,7 +153,7 @@ fn tool_run_holds_a_rate_of_a_simulated_motor_by_a_board() {
     let (board, Output { status, stdout, stderr }) = not_starved(|| {
         let board = CabledBoard::start();
         let output = board.run(&rate).wait_with_output().expect("it ends");
-        Starved::check(&String::from_utf8_lossy(&output.stderr))?;
+        board.check_starved(&output.stderr)?;
         Ok((board, output))
     });
     let stderr = String::from_utf8_lossy(&stderr);
@@ -189,8 +191,8 @@ fn tool_run_holds_a_rate_of_a_simulated_motor_by_a_board() {
 fn short_move(board: &CabledBoard, arguments: &[&str]) -> Result<Value, Starved> {
     let run = board.run(&[&SHORT[..], &["--format", "json"], arguments].concat());
     let Output { status, stdout, stderr } = run.wait_with_output().expect("it ends");
+    board.check_starved(&stderr)?;
     let stderr = String::from_utf8_lossy(&stderr);
-    Starved::check(&stderr)?;
     assert!(status.success(), "{stderr}");
     let outcome: Value = serde_json::from_slice(&stdout).expect("JSON and nothing else");
     assert_eq!(outcome["ok"], true, "{outcome}");
@@ -204,9 +206,8 @@ fn told(board: &CabledBoard, arguments: &[&str]) -> Result<[bool; 3], Starved> {
     let output = board.run(&[&SHORT[..], arguments].concat()).wait_with_output().expect("it ends");
     let said = board.said_so_far();
     if !said.contains(&BoardMessage::Armed) {
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        Starved::check(&stderr)?;
-        panic!("not armed: {stderr}");
+        board.check_starved(&output.stderr)?;
+        panic!("not armed: {}", String::from_utf8_lossy(&output.stderr));
     }
     Ok([BoardMessage::Described, BoardMessage::Kept, BoardMessage::Forgotten]
         .map(|message| said.contains(&message)))
@@ -242,7 +243,7 @@ fn tool_run_sends_again_what_the_board_has_not_taken() {
         let board = CabledBoard::start_disturbed(DISTURBED);
         let output =
             board.run(&[&SHORT[..], &["--format", "json"]].concat()).wait_with_output().expect("it ends");
-        Starved::check(&String::from_utf8_lossy(&output.stderr))?;
+        board.check_starved(&output.stderr)?;
         Ok((output, board.said_so_far()))
     });
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -273,7 +274,7 @@ fn tool_run_takes_the_best_filter_that_the_board_has() {
             let arguments =
                 [&["--camera", "-", "--set", "ldv.installed=yes", "--to", "2"], arguments].concat();
             let output = board.run(&arguments).wait_with_output().expect("it ends");
-            Starved::check(&String::from_utf8_lossy(&output.stderr))?;
+            board.check_starved(&output.stderr)?;
             Ok((board.said_so_far(), refused(&output, 2)))
         };
         let (any, any_error) = run(&[])?;
@@ -319,7 +320,7 @@ fn tool_run_without_its_cable_ends_with_its_log() {
             board.plug(Disturbance::default());
         }
         let output = board.run(&SHORT).wait_with_output().expect("it ends");
-        Starved::check(&String::from_utf8_lossy(&output.stderr))?;
+        board.check_starved(&output.stderr)?;
         Ok(output)
     });
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -339,37 +340,6 @@ fn tool_run_interrupted_stops_the_drive() {
     board.hears(|message| (*message == BoardMessage::Stopped).then_some(()));
     let error = refusal(run, 130);
     assert!(error.contains("interrupted; the drive is off: the board has acknowledged the stop"), "{error}");
-}
-
-/// Frames of a pipe, by the host's clock: the board takes them, and a bad line ends the move with the drive off.
-#[test]
-fn tool_run_takes_frames_of_a_pipe_up_to_a_bad_line() {
-    let (board, lines, output) = not_starved(|| {
-        let board = CabledBoard::start();
-        let mut run = board.run(&["--camera", "-", "--to", "90", "--tolerance", "0.1"]);
-        let mut frames = run.stdin.take().expect("a pipe");
-        let begun = Instant::now();
-        let mut lines = 0;
-        let mut is_taken = true;
-        // Until the board has an estimate of these frames.
-        while is_taken && !board.has_an_estimate_near(12.0) {
-            let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("after 1970").as_secs_f64();
-            is_taken = writeln!(frames, "{now:.6} {} 3", 12.0 + 1e-3 * f64::from(lines % 7)).is_ok();
-            lines += 1;
-            sleep(Duration::from_millis(2));
-            assert!(begun.elapsed() < WAIT_MAX, "no estimate of {lines} frames");
-        }
-        let _ = writeln!(frames, "1 fast 3");
-        let output = run.wait_with_output().expect("it ends");
-        Starved::check(&String::from_utf8_lossy(&output.stderr))?;
-        Ok((board, lines, output))
-    });
-    let error = refused(&output, 2);
-    let line = lines + 1;
-    let expected =
-        format!("error: -:{line}: angle_deg = fast is no number, bounds -1e6 to 1e6 deg; the drive is off");
-    assert!(error.starts_with(&expected), "{error}");
-    board.hears(|message| (*message == BoardMessage::Stopped).then_some(()));
 }
 
 /// Instruments that the line does not carry, a port that is not there, one that is busy, one that takes nothing, one at
@@ -398,6 +368,10 @@ fn tool_run_without_a_board_says_why() {
     // A rate or a move, and a rate is one that stays.
     let error = run_with("/dev/null", &["--deg-s", "5", "--to", "3"]);
     assert!(error.contains("'--deg-s <RATE>' cannot be used with '--to <DEG>'"), "{error}");
+    let error = run_with("/dev/null", &["--deg-s", "5", "--then", "3"]);
+    assert!(error.contains("'--deg-s <RATE>' cannot be used with '--then <DEG|hold|zero>'"), "{error}");
+    let error = run_with("/dev/null", &["--then", "home"]);
+    assert!(error.contains("'home'") && error.contains("an angle in degrees, hold or zero"), "{error}");
     let error = run_with("/dev/null", &["--duration", "5"]);
     assert!(error.contains("not provided") && error.contains("--deg-s <RATE>"), "{error}");
     let error = run_with("/dev/null", &["--deg-s", "5", "--set", "rate.profile=sweep"]);
