@@ -10,9 +10,6 @@
 //! after it bring little. What the loop does is a function of the measurements alone, however long each tick takes: all
 //! commands act after the same time, and the filter is told of each when it acts.
 
-use core::mem;
-
-use heapless::Deque;
 use motor_model::{DriveCommand, Time};
 
 use crate::tick::TICK_NANOS;
@@ -35,13 +32,17 @@ impl Decision for DriveCommand {
     const UNDECIDED: Self = Self::OFF;
 }
 
-/// The decisions whose commands do not act yet: a ring.
+/// Places of the ring: one for each tick of the longest latency, and one for the tick under way.
+const PLACES: usize = LATENCY_TICKS_MAX + 1;
+
+/// The decisions whose commands do not act yet: a ring. Each is written in its place and read there, since a report has
+/// more than a hundred bytes.
 #[derive(Clone, Debug)]
 pub struct InFlight<R> {
-    /// Full once there is one; as many are used as the latency has ticks.
-    decisions: Deque<R, LATENCY_TICKS_MAX>,
-    /// Place of the oldest.
-    oldest: usize,
+    /// `None` before there are any.
+    decisions: Option<[R; PLACES]>,
+    /// Place of the newest.
+    newest: usize,
 }
 
 impl<R> Default for InFlight<R> {
@@ -53,41 +54,42 @@ impl<R> Default for InFlight<R> {
 impl<R> InFlight<R> {
     /// No decision.
     pub const fn new() -> Self {
-        Self { decisions: Deque::new(), oldest: 0 }
+        Self { decisions: None, newest: 0 }
     }
 
-    /// Takes the decision of this tick, and puts in its place the one whose command acts from this tick on: that of
-    /// `latency_ticks` before, and with a latency of 0 its own. In the first ticks it is [`Decision::UNDECIDED`].
-    ///
-    /// The latency is always the same. Above [`LATENCY_TICKS_MAX`] it counts as that.
-    // A report has more than a hundred bytes. Inlined it is moved by words, and out of line by calls, at four times the
-    // price.
-    #[inline]
-    pub fn exchange(&mut self, decision: &mut R, latency_ticks: usize)
-    where
-        R: Decision,
-    {
-        if latency_ticks == 0 {
-            return;
-        }
-        if self.decisions.is_empty() {
-            self.fill();
-        }
-        if let Some(oldest) = self.decisions.get_mut(self.oldest) {
-            *decision = mem::replace(oldest, *decision);
-        }
-        let last = latency_ticks.min(LATENCY_TICKS_MAX) - 1;
-        self.oldest = if self.oldest < last { self.oldest + 1 } else { 0 };
-    }
-
+    /// Forgets all decisions, and makes the places of new ones, which otherwise the next tick does.
     #[cold]
     #[inline(never)]
-    fn fill(&mut self)
+    pub fn clear(&mut self)
     where
         R: Decision,
     {
-        while self.decisions.push_back(R::UNDECIDED).is_ok() {}
+        self.decisions = Some(undecided());
     }
+
+    /// Lets `decide` write the decision of this tick in its place, all of it, and gives the one whose command acts from
+    /// this tick on: that of `latency_ticks` before, and with a latency of 0 this one. In the first ticks it is
+    /// [`Decision::UNDECIDED`].
+    ///
+    /// The latency is always the same. Above [`LATENCY_TICKS_MAX`] it counts as that.
+    #[expect(clippy::indexing_slicing, reason = "below PLACES, which the compiler sees")]
+    #[inline]
+    pub fn exchange(&mut self, latency_ticks: usize, decide: impl FnOnce(&mut R)) -> &mut R
+    where
+        R: Decision,
+    {
+        let decisions = self.decisions.get_or_insert_with(undecided);
+        self.newest = (self.newest + 1) % PLACES;
+        decide(&mut decisions[self.newest]);
+        let acting = (self.newest + PLACES - latency_ticks.min(LATENCY_TICKS_MAX)) % PLACES;
+        &mut decisions[acting]
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn undecided<R: Decision>() -> [R; PLACES] {
+    [R::UNDECIDED; PLACES]
 }
 
 #[cfg(test)]
@@ -214,9 +216,13 @@ mod tests {
         for latency in [0, 1, 2, 7, LATENCY_TICKS_MAX] {
             let mut in_flight = InFlight::new();
             for tick in 0..100 {
-                let mut acting = tick;
-                in_flight.exchange(&mut acting, latency);
+                let acting = *in_flight.exchange(latency, |decision| *decision = tick);
                 assert_eq!(acting, tick.checked_sub(latency).unwrap_or(usize::MAX), "{latency}");
+            }
+            in_flight.clear();
+            for tick in 0..latency {
+                let acting = *in_flight.exchange(latency, |decision| *decision = tick);
+                assert_eq!(acting, usize::UNDECIDED, "{latency}");
             }
             let acts_at = acts_at(Time::from_nanos(30_000), latency);
             assert_eq!(acts_at.nanos(), 30_000 + 10_000 * latency as u64);

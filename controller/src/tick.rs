@@ -112,33 +112,32 @@ pub fn tick<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
     ports: &mut P,
 ) -> TickReport {
     let PositionLoop { filter, map, positioning, in_flight } = state;
-    tick_by((*map).borrow(), filter, positioning, in_flight, now, ports)
+    *tick_by((*map).borrow(), filter, positioning, in_flight, now, ports)
 }
 
 /// The same with `map`, `filter`, `positioning` and what is `in_flight` in places of their own, for a program that
-/// keeps one map, which outlives its moves.
-pub fn tick_by<F: AngleFilter<f32>, P: Sense + Drive>(
+/// keeps one map, which outlives its moves. The report is read in its place, which a later tick takes.
+pub fn tick_by<'d, F: AngleFilter<f32>, P: Sense + Drive>(
     map: &ResponseMap,
     filter: &mut F,
     positioning: &mut Positioning,
-    in_flight: &mut InFlight<TickReport>,
+    in_flight: &'d mut InFlight<TickReport>,
     now: Time,
     ports: &mut P,
-) -> TickReport {
+) -> &'d mut TickReport {
     let latency_ticks = ports.latency_ticks();
     let acts_at = latency::acts_at(now, latency_ticks);
     let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, ports);
     let command = positioning.decide(map, acts_at, estimate.as_ref(), health);
     let applied = ports.drive(command);
-    let phase = positioning.phase();
-    let decided = || TickReport { estimate, health, camera, command, applied, phase };
-    // Two ways: without a latency nothing is moved in memory.
-    if latency_ticks == 0 {
-        filter.drive(now, applied);
-        return decided();
-    }
-    let mut report = decided();
-    in_flight.exchange(&mut report, latency_ticks);
+    let report = in_flight.exchange(latency_ticks, |decision| {
+        // Field by field: otherwise a report is made elsewhere and moved.
+        decision.estimate = estimate;
+        decision.health = health;
+        decision.command = command;
+        decision.applied = applied;
+        decision.phase = positioning.phase();
+    });
     report.camera = camera;
     filter.drive(now, report.applied);
     report
@@ -214,37 +213,34 @@ pub fn tick_rate<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
     ports: &mut P,
 ) -> RateReport {
     let RateLoop { filter, map, hold, in_flight } = state;
-    tick_rate_by((*map).borrow(), filter, hold, in_flight, now, ports)
+    *tick_rate_by((*map).borrow(), filter, hold, in_flight, now, ports)
 }
 
 /// The same with `map`, `filter`, `hold` and what is `in_flight` in places of their own, as [`tick_by`].
-pub fn tick_rate_by<F: AngleFilter<f32>, C: RateProfile, P: Sense + Drive>(
+pub fn tick_rate_by<'d, F: AngleFilter<f32>, C: RateProfile, P: Sense + Drive>(
     map: &ResponseMap,
     filter: &mut F,
     hold: &mut RateHold<C>,
-    in_flight: &mut InFlight<RateReport>,
+    in_flight: &'d mut InFlight<RateReport>,
     now: Time,
     ports: &mut P,
-) -> RateReport {
+) -> &'d mut RateReport {
     let latency_ticks = ports.latency_ticks();
     let acts_at = latency::acts_at(now, latency_ticks);
     let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, ports);
     let command = hold.decide(map, acts_at, estimate.as_ref(), health);
-    let mut report = RateReport {
-        estimate,
-        health,
-        camera,
-        command,
-        applied: ports.drive(command),
-        wanted_rad_s: hold.wanted_rad_s(acts_at),
-        reference: hold.reference(),
-        since: hold.since(),
-        stopped: hold.stopped(),
-    };
-    if latency_ticks > 0 {
-        in_flight.exchange(&mut report, latency_ticks);
-        report.camera = camera;
-    }
+    let applied = ports.drive(command);
+    let report = in_flight.exchange(latency_ticks, |decision| {
+        decision.estimate = estimate;
+        decision.health = health;
+        decision.command = command;
+        decision.applied = applied;
+        decision.wanted_rad_s = hold.wanted_rad_s(acts_at);
+        decision.reference = hold.reference();
+        decision.since = hold.since();
+        decision.stopped = hold.stopped();
+    });
+    report.camera = camera;
     filter.drive(now, report.applied);
     report
 }

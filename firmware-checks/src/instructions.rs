@@ -13,7 +13,7 @@
 //! - [`InstructionTimer`]: the timer, and a loop whose instructions are known.
 //! - [`count_all`]: one [`Count`] for each operation of the twin, the filters and the loop, and for sines and angles.
 //! - `known_loops`, `twin_step`, `tilting_step`, `filter_core`, `constant_rate`, `filters`, `loop_tick`,
-//!   `trigonometry`: the operations, in the order in which they are counted.
+//!   `program_tick`, `trigonometry`: the operations, in the order in which they are counted.
 //! - `hot_operations`: some of them once more, for a program that is followed instruction by instruction.
 
 mod constant_rate;
@@ -24,6 +24,7 @@ mod known_loops;
 mod loop_tick;
 #[cfg(feature = "peers")]
 mod peers;
+mod program_tick;
 #[cfg(target_os = "none")]
 mod systick;
 mod tilting_step;
@@ -39,6 +40,7 @@ use crate::parity::LoopMemory;
 pub use hot_operations::run_hot_operations;
 #[cfg(feature = "peers")]
 pub use peers::count_peers;
+pub use program_tick::ProgramMemory;
 #[cfg(target_os = "none")]
 pub use systick::SysTick;
 
@@ -122,13 +124,14 @@ fn instructions_between(start: u32, end: u32) -> u32 {
     (ticks * TICK_NANOS + INSTRUCTION_NANOS / 2) / INSTRUCTION_NANOS
 }
 
-/// Counts every operation and gives each count to `report`; `memory` is that of the loop.
+/// Counts every operation and gives each count to `report`; the memories are those of the loop and of the program.
 ///
 /// # Errors
 /// When the model refuses the nominal motor or a command: never, unless their bounds are changed.
 pub fn count_all(
     timer: &impl InstructionTimer,
     memory: &mut LoopMemory,
+    program_memory: &mut ProgramMemory,
     mut report: impl FnMut(Count),
 ) -> Result<(), OutOfBounds> {
     let counter = InstructionCounter::new(timer);
@@ -139,6 +142,7 @@ pub fn count_all(
     constant_rate::count(&counter, &mut report);
     filters::count(&counter, memory, &mut report)?;
     loop_tick::count(&counter, memory, &mut report)?;
+    program_tick::count(&counter, program_memory, &mut report)?;
     trigonometry::count(&counter, &mut report);
     Ok(())
 }
@@ -202,7 +206,8 @@ mod tests {
     #[test]
     fn law_every_operation_is_counted_and_only_loops_take_this_timers_time() {
         let mut counts = Vec::new();
-        count_all(&Virtual(Cell::new(0)), &mut None, |count| counts.push(count)).unwrap();
+        let memory = &mut ProgramMemory::new();
+        count_all(&Virtual(Cell::new(0)), &mut None, memory, |count| counts.push(count)).unwrap();
         let samples = |operation: &str| {
             counts.iter().filter(|count| count.operation == operation).map(|count| count.samples).sum::<u32>()
         };
@@ -228,6 +233,9 @@ mod tests {
             ("loop_tick", 30_000),
             ("loop_tick_impact_aided", 30_000),
             ("loop_tick_twin_and_step", 30_000),
+            ("program_tick", 30_000),
+            ("program_tick_impact_aided_latency_at_1700", 30_000),
+            ("program_tick_twin", 30_000),
         ] {
             assert_eq!(samples(operation), expected, "{operation}");
         }

@@ -11,5 +11,10 @@ mod loop_run;
 mod twin_run;
 
 pub use loop_run::{LoopMemory, LoopRun};
-pub(crate) use loop_run::{LoopParts, TwinInstruments, build_loop, run_loop, tick_parts};
+pub(crate) use loop_run::{
+    LoopParts, SAMPLE_NANOS, TARGETS_DEG, TICKS_PER_TARGET, TOLERANCE_DEG, TwinInstruments, build_loop,
+    run_loop, tick_parts,
+};
+#[cfg(test)]
+pub(crate) use loop_run::{PIXEL_UNITS, TICKS_PER_FRAME};
 pub use twin_run::TwinRun;

@@ -76,7 +76,7 @@ use crate::design::DesignedDrive;
 use crate::loop_report::LoopReport;
 use crate::telemetry::{ArmingState, Entry, Telemetry};
 pub use configured_move::MoveMemory;
-use configured_move::{Asked, Bench, Configured, Decisions, Move};
+use configured_move::{Asked, Bench};
 pub use deadlines::OVERRUNS_MAX;
 use kept::StoreRequest;
 use measurements::MeasurementQueues;
@@ -126,6 +126,8 @@ pub struct Application<'m, D> {
     /// A fault that has latched and was not sent yet.
     latched_fault: Option<BoardFault>,
     telemetry: Telemetry,
+    /// What the amplifier applied in the last report.
+    reported_drive: DriveCommand,
     /// Whether the host's [`HostMessage::Step`] makes the ticks, and no timer.
     in_lock_step: bool,
     /// The most bytes that the stack has taken, as far as is known.
@@ -162,6 +164,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             overruns_in_a_row: 0,
             latched_fault: None,
             telemetry: Telemetry::default(),
+            reported_drive: DriveCommand::OFF,
             in_lock_step: true,
             stack_bytes_max: 0,
             stack_bytes: 0,
@@ -203,57 +206,44 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     }
 
     /// Runs one tick of the loop, to be called every [`PositionLoop::TICK_NANOS`]; its report, when armed.
+    pub fn tick(&mut self) -> Option<TickRecord> {
+        self.tick_and_report(true)
+    }
+
+    /// The same, with a report if one `is_due`, and of a tick in which a move or an experiment applies another drive
+    /// than in the last report. A rate changes its drive too often for that.
     // Never inlined: `host-sim size` follows every call from here.
     #[inline(never)]
-    pub fn tick(&mut self) -> Option<TickRecord> {
+    pub fn tick_and_report(&mut self, is_due: bool) -> Option<TickRecord> {
         self.elapsed_ticks += 1;
         if self.is_driving() && self.elapsed_ticks - self.last_frame_at > SILENT_TICKS {
             self.latch(BoardFault::HostSilent);
         }
-        let mut report = self.run();
-        if let Some(report) = &mut report {
-            report.count_from(self.zero);
-        }
-        let counters = Counters {
-            oversize: self.deframer.oversize,
-            dropped: self.measurements.dropped,
-            ..self.counters
-        };
-        self.telemetry.note(self.elapsed_ticks, self.arming(), report.as_ref(), &counters);
-        report.as_ref().map(TickRecord::from)
-    }
-
-    /// The tick of the loop, if it is armed; otherwise the drive is off, unless it is on by hand.
-    fn run(&mut self) -> Option<LoopReport> {
-        if !self.is_armed() {
+        let is_armed = self.is_armed();
+        if !is_armed {
             self.tick_by_hand();
+        }
+        let (tick, arming) = (self.elapsed_ticks, self.arming());
+        let Self { memory, measurements, amplifier, deframer, counters, telemetry, .. } = self;
+        let dropped = measurements.dropped;
+        let ports = &mut Ports { measurements, amplifier };
+        let mut report = None;
+        if is_armed {
+            report = memory.tick(time(tick), ports);
+            match &mut report {
+                Some(report) => report.count_from(self.zero),
+                None => ports.amplifier.switch_off(),
+            }
+        }
+        let counted = || Counters { oversize: deframer.oversize, dropped, ..*counters };
+        telemetry.note(tick, arming, report.as_ref(), counted);
+        let report = report?;
+        let changes = report.applied() != self.reported_drive && !matches!(report, LoopReport::Rate { .. });
+        if !is_due && !changes {
             return None;
         }
-        let Self { state, memory, measurements, amplifier, .. } = self;
-        let MoveMemory { configured, filter, map, in_flight } = &mut **memory;
-        let (State::Armed, Some(configured), Some(filter), Ok(map)) = (state, configured, filter, map.map())
-        else {
-            amplifier.switch_off();
-            return None;
-        };
-        let now = time(self.elapsed_ticks);
-        let ports = &mut Ports { measurements, amplifier };
-        Some(match (configured, in_flight) {
-            (Configured::Move(Move { positioning, .. }), Decisions::Move(in_flight)) => {
-                LoopReport::Move(controller::tick_by(map, filter, positioning, in_flight, now, ports))
-            }
-            (Configured::Rate(rate), Decisions::Rate(in_flight)) => {
-                rate.tick(map, filter, in_flight, now, ports)
-            }
-            (Configured::Experiments(experiments), Decisions::Experiments(in_flight)) => {
-                experiments.tick(filter, in_flight, now, ports)
-            }
-            // Not armed so.
-            _ => {
-                ports.amplifier.switch_off();
-                return None;
-            }
-        })
+        self.reported_drive = report.applied();
+        Some(TickRecord::from(&report))
     }
 
     fn arming(&self) -> ArmingState {
@@ -400,6 +390,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             (State::Safe, Some(configured), Ok(map)) => {
                 configured.begin(map, self.zero, time(self.elapsed_ticks));
                 *in_flight = configured.no_decisions();
+                in_flight.clear();
                 self.state = State::Armed;
                 BoardMessage::Armed
             }

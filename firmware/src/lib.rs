@@ -13,6 +13,7 @@
 //! | [`amplifier`] | samples | a pulse width and an enabling pin (`embedded-hal`) |
 //! | [`ring`] | what a device writes into memory | the places that are new |
 //! | [`tasks`] | the timer | the two tasks that call all of the above, their deadlines and the queues between them |
+//! | [`main_loop`] | bytes of the line, ticks | bytes to the line, between which it never waits |
 //! | [`telemetry`] | reports of ticks | entries of a log |
 //! | [`store`] | the description of the bench | the same, after a loss of power |
 //! | [`crash_record`] | a panic or a fault | the same, after the restart |
@@ -47,6 +48,7 @@ pub mod crash_record;
 pub mod design;
 pub mod filter;
 pub mod loop_report;
+pub mod main_loop;
 pub mod part_filters;
 pub mod ring;
 #[cfg(target_os = "none")]

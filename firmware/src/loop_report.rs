@@ -6,20 +6,20 @@ use estimator::{Estimate, Health, Innovation};
 use link::{PhaseRecord, RatePhase, TickRecord};
 use motor_model::{Angle, DriveCommand};
 
-/// What a tick of any loop did.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LoopReport {
+/// What a tick of any loop did, in the place where the loop keeps it.
+#[derive(Debug, PartialEq)]
+pub enum LoopReport<'a> {
     /// Of a move.
-    Move(TickReport),
+    Move(&'a mut TickReport),
     /// Of a rate.
     Rate {
         /// The report of the loop.
-        report: RateReport,
+        report: &'a mut RateReport,
         /// What becomes of the rate: its loop does not know when it is over.
         phase: RatePhase,
     },
     /// Of experiments.
-    Experiment(ExperimentReport),
+    Experiment(&'a mut ExperimentReport),
 }
 
 /// What the controller does.
@@ -33,7 +33,18 @@ pub enum LoopPhase {
     Experiment(ExperimentPhase),
 }
 
-impl LoopReport {
+/// The same field of the report of any loop.
+macro_rules! field {
+    ($self:ident.$field:ident) => {
+        match $self {
+            LoopReport::Move(report) => &report.$field,
+            LoopReport::Rate { report, .. } => &report.$field,
+            LoopReport::Experiment(report) => &report.$field,
+        }
+    };
+}
+
+impl LoopReport<'_> {
     /// Counts its angles from `zero`.
     #[inline]
     pub fn count_from(&mut self, zero: Angle) {
@@ -51,39 +62,28 @@ impl LoopReport {
     }
 
     /// The estimate that the decision was based on.
-    pub fn estimate(&self) -> Option<Estimate<f32>> {
-        match self {
-            Self::Move(report) => report.estimate,
-            Self::Rate { report, .. } => report.estimate,
-            Self::Experiment(report) => report.estimate,
-        }
+    pub fn estimate(&self) -> Option<&Estimate<f32>> {
+        field!(self.estimate).as_ref()
     }
 
     /// Whether it may be used.
     pub fn health(&self) -> Health {
-        match self {
-            Self::Move(report) => report.health,
-            Self::Rate { report, .. } => report.health,
-            Self::Experiment(report) => report.health,
-        }
+        *field!(self.health)
     }
 
     /// What became of the camera frame that arrived, if one did.
-    pub fn camera(&self) -> Option<Innovation<f32>> {
-        match self {
-            Self::Move(report) => report.camera,
-            Self::Rate { report, .. } => report.camera,
-            Self::Experiment(report) => report.camera,
-        }
+    pub fn camera(&self) -> Option<&Innovation<f32>> {
+        field!(self.camera).as_ref()
     }
 
-    /// The command of the controller, and that which the amplifier applies.
-    pub fn drive(&self) -> (DriveCommand, DriveCommand) {
-        match self {
-            Self::Move(report) => (report.command, report.applied),
-            Self::Rate { report, .. } => (report.command, report.applied),
-            Self::Experiment(report) => (report.command, report.applied),
-        }
+    /// The command of the controller.
+    pub fn command(&self) -> DriveCommand {
+        *field!(self.command)
+    }
+
+    /// The command that the amplifier applies.
+    pub fn applied(&self) -> DriveCommand {
+        *field!(self.applied)
     }
 
     /// What the controller does.
@@ -94,15 +94,24 @@ impl LoopReport {
             Self::Experiment(report) => LoopPhase::Experiment(report.phase),
         }
     }
+
+    /// The same, without since when and what for.
+    pub fn kind_of_phase(&self) -> PhaseRecord {
+        match self {
+            Self::Move(report) => PhaseRecord::from(report.phase),
+            Self::Rate { phase, .. } => PhaseRecord::Rate(*phase),
+            Self::Experiment(report) => PhaseRecord::Experiment(report.phase),
+        }
+    }
 }
 
-impl From<&LoopReport> for TickRecord {
-    fn from(report: &LoopReport) -> Self {
+impl From<&LoopReport<'_>> for TickRecord {
+    fn from(report: &LoopReport<'_>) -> Self {
         match report {
-            LoopReport::Move(report) => report.into(),
-            LoopReport::Experiment(report) => report.into(),
+            LoopReport::Move(report) => Self::from(&**report),
+            LoopReport::Experiment(report) => Self::from(&**report),
             LoopReport::Rate { report, phase } => {
-                Self { phase: PhaseRecord::Rate(*phase).into(), ..report.into() }
+                Self { phase: PhaseRecord::Rate(*phase).into(), ..Self::from(&**report) }
             }
         }
     }

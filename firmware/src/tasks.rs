@@ -155,7 +155,7 @@ impl TaskMemory {
             application,
             ticks: tick_consumer,
             last_interrupt: 0,
-            reported_drive: DriveCommand::OFF.into(),
+            report_at: 0,
             begun: &self.begun,
             just_begun: false,
         };

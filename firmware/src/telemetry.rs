@@ -23,7 +23,7 @@ mod log;
 mod rtt;
 
 use estimator::{Estimate, Health, Innovation, Verdict};
-use link::Counters;
+use link::{Counters, PhaseRecord};
 use motor_model::DriveCommand;
 
 use crate::loop_report::{LoopPhase, LoopReport};
@@ -85,7 +85,7 @@ pub enum Entry {
         /// Frames that were refused since the last such entry.
         refused: u32,
     },
-    /// The phase of a move or a rate from now on.
+    /// The phase of a move, a rate or experiments from now on.
     Phase(LoopPhase),
     /// Whether the estimate may be used from now on.
     Health(Health),
@@ -103,7 +103,7 @@ pub enum Entry {
 pub struct Telemetry {
     /// Values of the last entries of their kind.
     arming: ArmingState,
-    phase: Option<LoopPhase>,
+    phase: Option<PhaseRecord>,
     health: Option<Health>,
     drive: (DriveCommand, DriveCommand),
     /// Ticks at which the next entry of any kind, or of one kind, is due.
@@ -139,15 +139,25 @@ impl Default for Telemetry {
 }
 
 impl Telemetry {
-    /// Records tick number `tick`; `report` is that of the loop, if it was armed.
-    pub fn note(&mut self, tick: u64, arming: ArmingState, report: Option<&LoopReport>, counters: &Counters) {
+    /// Records tick number `tick`; `report` is that of the loop, if it was armed, and `counters` gives the counts since
+    /// the start.
+    pub fn note(
+        &mut self,
+        tick: u64,
+        arming: ArmingState,
+        report: Option<&LoopReport<'_>>,
+        counters: impl FnOnce() -> Counters,
+    ) {
         let camera = report.and_then(LoopReport::camera);
         if let Some(innovation) = camera.filter(|camera| matches!(camera.verdict, Verdict::Rejected(_))) {
             self.refused = self.refused.saturating_add(1);
-            self.last_refused = Some(innovation);
+            self.last_refused = Some(*innovation);
         }
-        self.entry = if tick < self.next_at { None } else { self.choose(tick, arming, report, counters) };
-        if self.entry.is_some() {
+        self.entry = None;
+        if tick >= self.next_at
+            && let Some(entry) = self.choose(tick, arming, report, counters)
+        {
+            self.entry = Some(entry);
             self.next_at = tick + SPACING_TICKS;
         }
     }
@@ -158,8 +168,10 @@ impl Telemetry {
     }
 
     /// The entry of the last tick, once.
+    #[inline]
     pub fn take(&mut self) -> Option<Entry> {
-        self.entry.take()
+        // Most ticks have none, and nothing is moved in memory.
+        if self.entry.is_some() { self.entry.take() } else { None }
     }
 
     /// The most urgent entry that is due.
@@ -167,8 +179,8 @@ impl Telemetry {
         &mut self,
         tick: u64,
         arming: ArmingState,
-        report: Option<&LoopReport>,
-        counters: &Counters,
+        report: Option<&LoopReport<'_>>,
+        counters: impl FnOnce() -> Counters,
     ) -> Option<Entry> {
         if arming != self.arming {
             self.arming = arming;
@@ -176,30 +188,32 @@ impl Telemetry {
         }
         if let Some(estimate) = report.and_then(LoopReport::estimate).filter(|_| tick >= self.estimate_at) {
             self.estimate_at = tick + TICKS_PER_ESTIMATE;
-            return Some(Entry::Estimate(estimate));
+            return Some(Entry::Estimate(*estimate));
         }
         if tick >= self.timing_at {
             self.timing_at = tick + TICKS_PER_TIMING;
             let clocks_max = core::mem::take(&mut self.clocks_max);
-            return Some(Entry::Timing { clocks_max, counters: *counters });
+            return Some(Entry::Timing { clocks_max, counters: counters() });
         }
         let report = report?;
-        if let Some(innovation) = self.last_refused.or(report.camera()).filter(|_| tick >= self.innovation_at)
+        if tick >= self.innovation_at
+            && let Some(&innovation) = self.last_refused.as_ref().or(report.camera())
         {
             self.innovation_at = tick + TICKS_PER_INNOVATION;
             self.last_refused = None;
             let refused = core::mem::take(&mut self.refused);
             return Some(Entry::Innovation { innovation, refused });
         }
-        let (phase, health, drive) = (report.phase(), report.health(), report.drive());
+        let phase = report.kind_of_phase();
         if self.phase.replace(phase) != Some(phase) {
-            return Some(Entry::Phase(phase));
+            return Some(Entry::Phase(report.phase()));
         }
+        let health = report.health();
         if self.health.replace(health) != Some(health) {
             return Some(Entry::Health(health));
         }
-        if core::mem::replace(&mut self.drive, drive) != drive {
-            let (command, applied) = drive;
+        let (command, applied) = (report.command(), report.applied());
+        if core::mem::replace(&mut self.drive, (command, applied)) != (command, applied) {
             return Some(Entry::Drive { command, applied });
         }
         None

@@ -56,25 +56,27 @@ impl Decision for ExperimentReport {
 
 /// One tick at `now`, to be called every [`crate::TICK_NANOS`], as [`crate::tick()`] is. Orders are given, and
 /// responses taken, between two ticks.
-pub fn tick_experiment<F: AngleFilter<f32>, P: Sense + Drive>(
+pub fn tick_experiment<'d, F: AngleFilter<f32>, P: Sense + Drive>(
     filter: &mut F,
     experimenter: &mut Experimenter,
-    in_flight: &mut InFlight<ExperimentReport>,
+    in_flight: &'d mut InFlight<ExperimentReport>,
     now: Time,
     ports: &mut P,
-) -> ExperimentReport {
+) -> &'d mut ExperimentReport {
     let latency_ticks = ports.latency_ticks();
     let acts_at = latency::acts_at(now, latency_ticks);
     let mut heard = Heard { ports: &mut *ports, experimenter: &mut *experimenter };
     let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, &mut heard);
     let command = experimenter.decide(acts_at, estimate.as_ref(), health);
     let applied = ports.drive(command);
-    let phase = experimenter.phase();
-    let mut report = ExperimentReport { estimate, health, camera, command, applied, phase };
-    if latency_ticks > 0 {
-        in_flight.exchange(&mut report, latency_ticks);
-        report.camera = camera;
-    }
+    let report = in_flight.exchange(latency_ticks, |decision| {
+        decision.estimate = estimate;
+        decision.health = health;
+        decision.command = command;
+        decision.applied = applied;
+        decision.phase = experimenter.phase();
+    });
+    report.camera = camera;
     filter.drive(now, report.applied);
     report
 }

@@ -14,7 +14,7 @@ mod board {
     use cortex_m_semihosting::{debug, hprintln};
     use firmware::board::end;
     use firmware_checks::end_with;
-    use firmware_checks::instructions::{self, SysTick};
+    use firmware_checks::instructions::{self, ProgramMemory, SysTick};
     use firmware_checks::parity::LoopMemory;
 
     #[entry]
@@ -22,8 +22,10 @@ mod board {
         let Some(peripherals) = Peripherals::take() else { end(debug::EXIT_FAILURE) };
         // Too large for the stack.
         let Some(memory) = singleton!(: LoopMemory = None) else { end(debug::EXIT_FAILURE) };
+        let program = singleton!(: ProgramMemory = ProgramMemory::new());
+        let Some(program) = program else { end(debug::EXIT_FAILURE) };
         let timer = SysTick::start(peripherals.SYST);
         hprintln!("compiler {}", env!("COMPILER"));
-        end_with(instructions::count_all(&timer, memory, |count| hprintln!("{}", count)))
+        end_with(instructions::count_all(&timer, memory, program, |count| hprintln!("{}", count)))
     }
 }

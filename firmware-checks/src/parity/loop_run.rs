@@ -22,19 +22,19 @@ use super::digest::Digest;
 use firmware::filter::SelectedFilter;
 
 /// Ticks towards each target.
-const TICKS_PER_TARGET: u64 = 15_000;
+pub(crate) const TICKS_PER_TARGET: u64 = 15_000;
 
 /// Targets in degrees, one after the other.
-const TARGETS_DEG: [f64; 2] = [20.0, 16.0];
+pub(crate) const TARGETS_DEG: [f64; 2] = [20.0, 16.0];
 
 /// Tolerance of each target, in degrees.
-const TOLERANCE_DEG: f64 = 0.02;
+pub(crate) const TOLERANCE_DEG: f64 = 0.02;
 
 /// Ticks from one camera frame to the next: 10,000 frames a second.
-const TICKS_PER_FRAME: u64 = 10;
+pub(crate) const TICKS_PER_FRAME: u64 = 10;
 
 /// The camera's resolution, 2 um at 3.9 mm, in units of 2^-32 turn.
-const PIXEL_UNITS: i64 = 350_546;
+pub(crate) const PIXEL_UNITS: i64 = 350_546;
 
 /// Steps of the dither of each mark, which is uniform over two pixels: without noise the filter would not accept frames
 /// of a rotor at rest. Odd numbers near the parts 0.7549 and 0.5698 of two pixels, whose multiples fill a square
@@ -45,7 +45,7 @@ const DITHER_STEPS: [u64; 2] = [529_239, 399_511];
 const LDV_SAMPLES_PER_TICK: usize = 2;
 
 /// Time from one sample to the next, and step of the simulated motor.
-const SAMPLE_NANOS: u64 = PositionLoop::TICK_NANOS / LDV_SAMPLES_PER_TICK as u64;
+pub(crate) const SAMPLE_NANOS: u64 = PositionLoop::TICK_NANOS / LDV_SAMPLES_PER_TICK as u64;
 
 /// Largest noise of a sample, which is uniform: a standard deviation of 2e-4 m/s.
 const LDV_NOISE_MAX_M_S: f32 = 3.464e-4;
@@ -75,7 +75,11 @@ pub(crate) struct LoopParts<'m> {
 
 /// One tick.
 #[inline]
-pub(crate) fn tick_parts(parts: &mut LoopParts, now: Time, instruments: &mut TwinInstruments) -> TickReport {
+pub(crate) fn tick_parts<'a>(
+    parts: &'a mut LoopParts,
+    now: Time,
+    instruments: &mut TwinInstruments,
+) -> &'a TickReport {
     let LoopParts { filter, positioning, in_flight } = parts;
     tick_by(ResponseMap::table_1(), &mut **filter, positioning, in_flight, now, instruments)
 }
@@ -130,7 +134,7 @@ pub(crate) fn run_loop(
     memory: &mut LoopMemory,
     kind: FilterKind,
     latency_ticks: usize,
-    mut tick_once: impl FnMut(&mut LoopParts, Time, &mut TwinInstruments) -> TickReport,
+    mut tick_once: impl for<'a> FnMut(&'a mut LoopParts, Time, &mut TwinInstruments) -> &'a TickReport,
     mut observe: impl FnMut(&TickReport, &MotorState<f32>),
 ) -> Result<MotorState<f32>, OutOfBounds> {
     #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
@@ -144,11 +148,12 @@ pub(crate) fn run_loop(
         let target = Target::try_new(target_deg, TOLERANCE_DEG)?;
         let now = Time::from_nanos(ticks * PositionLoop::TICK_NANOS);
         let mut parts = build_loop(memory, kind, target, now)?;
+        parts.in_flight.clear();
         for _ in 0..TICKS_PER_TARGET {
             let now = Time::from_nanos(ticks * PositionLoop::TICK_NANOS);
             instruments.expose(&state, ticks, now);
             let report = tick_once(&mut parts, now, &mut instruments);
-            observe(&report, &state);
+            observe(report, &state);
             let mut at = now;
             for _ in 0..LDV_SAMPLES_PER_TICK {
                 motor.step(&mut state, report.applied);
@@ -188,13 +193,13 @@ pub(crate) struct TwinInstruments {
 }
 
 impl TwinInstruments {
-    fn new(latency_ticks: usize) -> Self {
+    pub(crate) fn new(latency_ticks: usize) -> Self {
         let noise = Pcg32::seed_from_u64(SEED);
         Self { exposed: None, arrived: None, ldv: [None; LDV_SAMPLES_PER_TICK], noise, latency_ticks }
     }
 
     /// Takes a sample of the vibrometer at `now`.
-    fn sample_velocity(&mut self, state: &MotorState<f32>, now: Time) {
+    pub(crate) fn sample_velocity(&mut self, state: &MotorState<f32>, now: Time) {
         // From -1 to 1 in steps that `f32` has.
         let [low, high, ..] = self.noise.next_u32().to_le_bytes();
         let part = f32::from(i16::from_le_bytes([low, high])) / 32_768.0;
@@ -206,7 +211,7 @@ impl TwinInstruments {
     }
 
     /// Exposes a frame at `now`, if one is due.
-    fn expose(&mut self, state: &MotorState<f32>, ticks: u64, now: Time) {
+    pub(crate) fn expose(&mut self, state: &MotorState<f32>, ticks: u64, now: Time) {
         if !ticks.is_multiple_of(TICKS_PER_FRAME) {
             return;
         }

@@ -40,13 +40,13 @@ impl Experiments {
     }
 
     /// A tick of their loop.
-    pub(super) fn tick(
+    pub(super) fn tick<'d>(
         &mut self,
         filter: &mut SelectedFilter,
-        in_flight: &mut InFlight<ExperimentReport>,
+        in_flight: &'d mut InFlight<ExperimentReport>,
         now: Time,
         ports: &mut (impl Sense + Drive),
-    ) -> LoopReport {
+    ) -> LoopReport<'d> {
         LoopReport::Experiment(tick_experiment(filter, &mut self.experimenter, in_flight, now, ports))
     }
 

@@ -5,8 +5,8 @@
 
 use controller::commissioning::ExperimentReport;
 use controller::{
-    InFlight, LATENCY_TICKS_MAX, Limits, Positioning, PositioningTuning, RateReport, ResponseMap, Target,
-    TickReport,
+    Drive, InFlight, LATENCY_TICKS_MAX, Limits, Positioning, PositioningTuning, RateReport, ResponseMap,
+    Sense, Target, TickReport, tick_by,
 };
 use estimator::Instruments;
 use link::{
@@ -18,6 +18,7 @@ use super::configured_experiments::Experiments;
 use super::configured_rate::Rate;
 use super::map_memory::MapMemory;
 use crate::filter::SelectedFilter;
+use crate::loop_report::LoopReport;
 
 /// Index of the last parameter of the motor.
 #[expect(clippy::cast_possible_truncation, reason = "a few dozen")]
@@ -213,6 +214,15 @@ impl Default for Decisions {
 
 impl Decisions {
     const NONE: Self = Self::Move(InFlight::new());
+
+    /// Forgets all.
+    pub(super) fn clear(&mut self) {
+        match self {
+            Self::Move(in_flight) => in_flight.clear(),
+            Self::Rate(in_flight) => in_flight.clear(),
+            Self::Experiments(in_flight) => in_flight.clear(),
+        }
+    }
 }
 
 impl Move {
@@ -238,5 +248,25 @@ impl MoveMemory {
     /// No task, and the map of Table 1.
     pub const fn new() -> Self {
         Self { configured: None, filter: None, map: MapMemory::new(), in_flight: Decisions::NONE }
+    }
+
+    /// A tick of the loop of the configured task; nothing without one.
+    #[inline]
+    pub(super) fn tick(&mut self, now: Time, ports: &mut (impl Sense + Drive)) -> Option<LoopReport<'_>> {
+        let Self { configured, filter, map, in_flight } = self;
+        let (configured, filter, map) = (configured.as_mut()?, filter.as_mut()?, map.map().ok()?);
+        Some(match (configured, in_flight) {
+            (Configured::Move(Move { positioning, .. }), Decisions::Move(in_flight)) => {
+                LoopReport::Move(tick_by(map, filter, positioning, in_flight, now, ports))
+            }
+            (Configured::Rate(rate), Decisions::Rate(in_flight)) => {
+                rate.tick(map, filter, in_flight, now, ports)
+            }
+            (Configured::Experiments(experiments), Decisions::Experiments(in_flight)) => {
+                experiments.tick(filter, in_flight, now, ports)
+            }
+            // Not armed so.
+            _ => return None,
+        })
     }
 }

@@ -48,14 +48,14 @@ impl Rate {
     }
 
     /// A tick of its loop.
-    pub(super) fn tick(
+    pub(super) fn tick<'d>(
         &mut self,
         map: &ResponseMap,
         filter: &mut SelectedFilter,
-        in_flight: &mut InFlight<RateReport>,
+        in_flight: &'d mut InFlight<RateReport>,
         now: Time,
         ports: &mut (impl Sense + Drive),
-    ) -> LoopReport {
+    ) -> LoopReport<'d> {
         let held_nanos = now.nanos_since(self.armed_at);
         // A rate that was stopped stays so, and its reports say why.
         if held_nanos > self.configuration.duration_nanos && !self.is_over && self.hold.stopped().is_none() {
@@ -63,7 +63,7 @@ impl Rate {
             self.hold = RateHold::new(Dwell::REST, self.tuning, now);
         }
         let report = tick_rate_by(map, filter, &mut self.hold, in_flight, now, ports);
-        let phase = if self.is_over { RatePhase::Over } else { RatePhase::from(&report) };
+        let phase = if self.is_over { RatePhase::Over } else { RatePhase::from(&*report) };
         LoopReport::Rate { report, phase }
     }
 }

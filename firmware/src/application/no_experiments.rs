@@ -27,13 +27,13 @@ impl Experiments {
         match *self {}
     }
 
-    pub(super) fn tick(
+    pub(super) fn tick<'d>(
         &mut self,
         _: &mut SelectedFilter,
-        _: &mut InFlight<ExperimentReport>,
+        _: &'d mut InFlight<ExperimentReport>,
         _: Time,
         _: &mut (impl Sense + Drive),
-    ) -> LoopReport {
+    ) -> LoopReport<'d> {
         match *self {}
     }
 

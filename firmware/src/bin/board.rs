@@ -18,15 +18,13 @@ mod board {
     use cortex_m::peripheral::syst::SystClkSource;
     use cortex_m::{Peripherals, singleton};
     use cortex_m_rt::{entry, exception};
-    use firmware::board::hardware::{CLOCK_HZ, Enable, Line, Pulses, Vibrometer, Width};
+    use firmware::board::hardware::{CLOCK_HZ, Enable, Pulses, Vibrometer, Width};
     use firmware::board::{Parts, Stopwatch, crash, stack_word_is_unused, stack_words};
-    use firmware::stack_gauge::{StackGauge, WORDS_PER_TICK};
+    use firmware::main_loop::MainLoop;
     #[cfg(feature = "keep")]
     use firmware::store::Store;
-    use firmware::tasks::{BYTES_PER_TICK_MAX, TaskMemory, TimerTask};
+    use firmware::tasks::{TaskMemory, TimerTask};
     use firmware::telemetry::{self, Entry, log, log_crash};
-    use heapless::Deque;
-    use link::FRAME_BYTES_MAX;
 
     type BoardTimerTask = TimerTask<'static, Width, Enable, Vibrometer>;
 
@@ -35,10 +33,6 @@ mod board {
 
     /// Clocks of the timer in a tick of 10 us.
     const CLOCKS_PER_TICK: u32 = CLOCK_HZ / 100_000;
-
-    /// Bytes that wait for the line: two frames of any length. A frame that does not fit is lost; the host finds the
-    /// gap in the sequence.
-    const OUTGOING_BYTES: usize = 2 * FRAME_BYTES_MAX;
 
     fn start(mut timer: SYST, pulses: Pulses) {
         timer.set_clock_source(SystClkSource::Core);
@@ -50,28 +44,6 @@ mod board {
         timer.enable_interrupt();
     }
 
-    /// Puts a whole frame in the queue, or nothing of it.
-    fn enqueue(outgoing: &mut Deque<u8, OUTGOING_BYTES>, frame: &[u8]) {
-        if outgoing.capacity() - outgoing.len() >= frame.len() {
-            for &byte in frame {
-                let _ = outgoing.push_back(byte);
-            }
-        }
-    }
-
-    /// Sends what waits, as far as the line has room.
-    fn send(outgoing: &mut Deque<u8, OUTGOING_BYTES>, line: &mut Line) {
-        loop {
-            let sent = line.write(outgoing.as_slices().0);
-            if sent == 0 {
-                return;
-            }
-            for _ in 0..sent {
-                outgoing.pop_front();
-            }
-        }
-    }
-
     #[entry]
     fn main() -> ! {
         let started = Peripherals::take().zip(Parts::take());
@@ -80,19 +52,17 @@ mod board {
         let memory = singleton!(: TaskMemory = TaskMemory::new()).expect("the only one");
         let Parts { width, enable, pulses, mut line, vibrometer, mut watchdog, reset_cause, .. } = parts;
         // Not `expect`, which would print the error, with 30 kB of code for its numbers.
-        let Ok((timer_task, mut loop_task)) = memory.tasks(width, enable, vibrometer) else {
+        let Ok((timer_task, loop_task)) = memory.tasks(width, enable, vibrometer) else {
             panic!("the nominal motor is out of its bounds")
         };
+        let mut main_loop = MainLoop::new(loop_task, stack_words());
         let crash = crash::take();
-        loop_task.record_reset(crash.as_ref().map_or(reset_cause, |crash| crash.kind.reset_cause()));
+        main_loop.task.record_reset(crash.as_ref().map_or(reset_cause, |crash| crash.kind.reset_cause()));
         #[cfg(feature = "keep")]
         let mut store = Store::new(parts.flash);
         #[cfg(feature = "keep")]
-        loop_task.restore(&mut store);
-        let mut stack = StackGauge::new(stack_words());
-        loop_task.record_stack_size(u32::try_from(4 * stack_words()).unwrap_or(u32::MAX));
+        main_loop.task.restore(&mut store);
         free(|token| FIRST_TIMER_TASK.borrow(token).set(Some(timer_task)));
-        let mut outgoing = Deque::<u8, OUTGOING_BYTES>::new();
         let logs = telemetry::open();
         let crash = crash.filter(|_| logs);
         if let Some(crash) = &crash {
@@ -102,25 +72,15 @@ mod board {
         watchdog.start();
         start(core.SYST, pulses);
         loop {
-            let mut bytes = heapless::Vec::<u8, BYTES_PER_TICK_MAX>::new();
-            while !bytes.is_full() {
-                let Some(byte) = line.read() else { break };
-                // Never full here.
-                let _ = bytes.push(byte);
-            }
-            loop_task.receive(&bytes, &mut |frame| enqueue(&mut outgoing, frame));
+            let received = main_loop.receive(&mut line);
             #[cfg(feature = "keep")]
-            if loop_task.wants_store() {
-                let send = &mut |frame: &[u8]| enqueue(&mut outgoing, frame);
-                watchdog.while_storing(|| loop_task.use_store(&mut store, send));
+            if main_loop.task.wants_store() {
+                watchdog.while_storing(|| main_loop.use_store(&mut store));
             }
             let stopwatch = Stopwatch::start();
-            let ran = loop_task.run_tick(&mut |frame| enqueue(&mut outgoing, frame));
-            if ran {
-                watchdog.feed(loop_task.last_interrupt());
-                stack.look(WORDS_PER_TICK, stack_word_is_unused);
-                loop_task.record_stack(stack.bytes_max());
-                let entry = loop_task.telemetry(stopwatch.clocks());
+            if main_loop.run_tick(stack_word_is_unused) {
+                watchdog.feed(main_loop.task.last_interrupt());
+                let entry = main_loop.task.telemetry(stopwatch.clocks());
                 if let Some((tick, entry)) = entry.filter(|_| logs) {
                     log(tick, &entry);
                     // Again for a debugger that came later.
@@ -129,11 +89,11 @@ mod board {
                     }
                 }
             }
-            send(&mut outgoing, &mut line);
-            if !ran && outgoing.is_empty() {
+            let all_sent = main_loop.send(&mut line);
+            if !received && all_sent {
                 // An interrupt between the look and the wait is held back and ends the wait.
                 free(|_| {
-                    if !loop_task.is_due() {
+                    if !main_loop.task.is_due() {
                         cortex_m::asm::wfi();
                     }
                 });
@@ -145,7 +105,9 @@ mod board {
     fn SysTick() {
         static mut TIMER_TASK: Option<BoardTimerTask> = None;
         match TIMER_TASK {
-            Some(timer_task) => timer_task.interrupt(),
+            Some(timer_task) => {
+                timer_task.interrupt();
+            }
             None => *TIMER_TASK = free(|token| FIRST_TIMER_TASK.borrow(token).take()),
         }
     }

@@ -20,6 +20,7 @@ mod board {
     use firmware::board::hardware::Line;
     use firmware::board::{Parts, end, stack_word_is_unused, stack_words};
     use firmware::design::DesignedDrive;
+    use firmware::main_loop::SerialLine;
     use firmware::semihosting::{HostFile, has_argument};
     use firmware::stack_gauge::StackGauge;
     use firmware::telemetry::{self, log};

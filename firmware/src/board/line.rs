@@ -10,6 +10,7 @@
 use core::sync::atomic::Ordering;
 
 use super::hardware::{BAUD_DIVIDER, RECEIVED, Receiver, SENT, Transmitter, Uart};
+use crate::main_loop::SerialLine;
 use crate::ring::RingReader;
 
 /// Bytes that are received and not read: 5 ms of the line at its full rate.
@@ -35,15 +36,16 @@ impl Line {
         uart.cr1().write(|w| w.fifoen().set_bit().te().set_bit().re().set_bit().ue().set_bit());
         Some(Self { uart, receiver, received: RingReader::new(), transmitter })
     }
+}
 
-    /// The next byte that was received.
-    pub fn read(&mut self) -> Option<u8> {
+impl SerialLine for Line {
+    fn read(&mut self) -> Option<u8> {
         let place = self.received.oldest(self.receiver.left())?;
         RECEIVED.get(place).map(|byte| byte.load(Ordering::Relaxed))
     }
 
-    /// Begins to send the first of `bytes`, without waiting; how many it took, 0 while it is busy.
-    pub fn write(&mut self, bytes: &[u8]) -> usize {
+    /// Takes nothing while it is busy.
+    fn write(&mut self, bytes: &[u8]) -> usize {
         if self.transmitter.is_sending() {
             return 0;
         }

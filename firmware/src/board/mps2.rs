@@ -16,6 +16,7 @@ use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, 
 
 use super::Parts;
 use crate::amplifier::Cutoff;
+use crate::main_loop::SerialLine;
 use crate::store::{SLOT_BYTES, STORE_BYTES, check_range};
 use crate::tasks::NoConverter;
 
@@ -149,16 +150,16 @@ impl Line {
         write(UART, Self::CONTROL, 0b11);
         Self
     }
+}
 
-    /// A byte, if one was received.
-    pub fn read(&mut self) -> Option<u8> {
+impl SerialLine for Line {
+    fn read(&mut self) -> Option<u8> {
         let waits = read(UART, Self::STATE) & 0b10 != 0;
         #[expect(clippy::cast_possible_truncation, reason = "the register has eight bits")]
         waits.then(|| read(UART, Self::DATA) as u8)
     }
 
-    /// Writes as many of `bytes` as there is room for, without waiting; how many.
-    pub fn write(&mut self, bytes: &[u8]) -> usize {
+    fn write(&mut self, bytes: &[u8]) -> usize {
         let is_free = |_: &&u8| read(UART, Self::STATE) & 0b01 == 0;
         bytes.iter().take_while(is_free).inspect(|byte| write(UART, Self::DATA, u32::from(**byte))).count()
     }

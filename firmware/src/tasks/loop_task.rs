@@ -6,7 +6,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use controller::Drive;
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::spsc::Consumer;
-use link::{BoardMessage, CommandRecord, ResetCause, TickRecord};
+use link::{BoardMessage, Counters, ResetCause};
 
 use super::command_port::CommandPort;
 use super::timer_task::Tick;
@@ -15,8 +15,7 @@ use crate::store::Store;
 use crate::telemetry::Entry;
 
 /// Ticks from one report to the host to the next: a thousand reports a second. Between them are those of the ticks in
-/// which a move or an experiment changes its drive, of which none is then unknown to the host. A rate changes it too
-/// often for that.
+/// which a move or an experiment changes its drive, of which none is then unknown to the host.
 pub(super) const TICKS_PER_REPORT: u64 = 100;
 
 /// The work of the main loop.
@@ -25,8 +24,8 @@ pub struct LoopTask<'q> {
     pub(super) ticks: Consumer<'q, Tick>,
     /// Number of the interrupt that made the last tick.
     pub(super) last_interrupt: u64,
-    /// The drive of the last report that was sent.
-    pub(super) reported_drive: CommandRecord,
+    /// That of the next report.
+    pub(super) report_at: u64,
     /// Only this task writes it.
     pub(super) begun: &'q AtomicU32,
     /// Whether the drive may be on since the last tick, and was off before: the loop was armed, or jogged.
@@ -47,6 +46,11 @@ impl LoopTask<'_> {
     /// Keeps why the board started, for the host.
     pub fn record_reset(&mut self, cause: ResetCause) {
         self.application.record_reset(cause);
+    }
+
+    /// [`Application::counters`].
+    pub fn counters(&self) -> Counters {
+        self.application.counters()
     }
 
     /// [`Application::restore`], before the timer starts.
@@ -104,11 +108,20 @@ impl LoopTask<'_> {
             self.application.record_lost_ticks(lost);
         }
         tick.samples().for_each(|sample| self.application.push_ldv_sample(sample));
-        let report = self.application.tick();
+        let report_is_due = self.last_interrupt >= self.report_at;
+        if report_is_due {
+            self.report_at = self.last_interrupt + TICKS_PER_REPORT;
+        }
+        let report = self.application.tick_and_report(report_is_due);
         // The interrupt in which the command acts has not come.
         let latency_ticks = self.application.amplifier().latency_ticks();
         self.application.record_deadline(self.ticks.len() < latency_ticks.max(1));
-        self.send_report(report, send);
+        if let Some(news) = self.application.take_news() {
+            self.application.send(&news, send);
+        }
+        if let Some(report) = report {
+            self.application.send(&BoardMessage::Report(report), send);
+        }
         true
     }
 
@@ -116,20 +129,5 @@ impl LoopTask<'_> {
     pub fn telemetry(&mut self, clocks: u32) -> Option<(u64, Entry)> {
         self.application.record_duration(clocks);
         self.application.telemetry()
-    }
-
-    /// Sends what the host does not know yet, and the reports that are due.
-    fn send_report(&mut self, report: Option<TickRecord>, send: &mut impl FnMut(&[u8])) {
-        if let Some(news) = self.application.take_news() {
-            self.application.send(&news, send);
-        }
-        let is_due = |report: &TickRecord| {
-            let changes = report.rate.is_none() && report.applied != self.reported_drive;
-            changes || self.last_interrupt.is_multiple_of(TICKS_PER_REPORT)
-        };
-        if let Some(report) = report.filter(is_due) {
-            self.reported_drive = report.applied;
-            self.application.send(&BoardMessage::Report(report), send);
-        }
     }
 }

@@ -143,7 +143,9 @@ fn exact_a_jog_has_the_bridge_on_for_its_ticks() {
     bench.exchange(&HostMessage::Hello);
     bench.run(10);
     // The main loop was busy in the meantime.
-    (0..5).for_each(|_| bench.timer_task.interrupt());
+    for _ in 0..5 {
+        bench.timer_task.interrupt();
+    }
     assert_eq!(bench.exchange(&jog(50)), [BoardMessage::Jogging]);
     let mut on = Vec::new();
     for interrupt in 1..=100 {
@@ -230,12 +232,16 @@ fn law_a_design_that_the_waveform_cannot_drive_is_refused() {
 #[test]
 fn law_late_and_lost_ticks_are_overruns() {
     let mut bench = Bench::driving();
-    (0..7).for_each(|_| bench.timer_task.interrupt());
+    for _ in 0..7 {
+        bench.timer_task.interrupt();
+    }
     while bench.run_tick() {}
     assert_eq!(bench.loop_task.application.counters().overruns, 6, "the last of seven is in time");
     bench.timer_task.interrupt();
     assert!(bench.is_on());
-    (0..50).for_each(|_| bench.timer_task.interrupt());
+    for _ in 0..50 {
+        bench.timer_task.interrupt();
+    }
     while bench.run_tick() {}
     bench.run(1);
     bench.received.retain(|message| !matches!(message, BoardMessage::Report(_)));
@@ -254,7 +260,9 @@ fn law_with_a_latency_a_loop_that_is_behind_drives_as_one_on_time() {
         let mut bench = Bench::driving_as_told(&[HostMessage::Latency { ticks: LATENCY as u8 }]);
         bench.pins.widths.borrow_mut().clear();
         for _ in 0..20 {
-            (0..=behind).for_each(|_| bench.timer_task.interrupt());
+            for _ in 0..=behind {
+                bench.timer_task.interrupt();
+            }
             while bench.run_tick() {}
         }
         // To the same number of ticks in all.
@@ -306,7 +314,9 @@ fn law_ticks_before_arming_are_no_silence() {
     let mut bench = Bench::new();
     bench.exchange(&HostMessage::Hello);
     bench.exchange(&HostMessage::Configure(MOVE));
-    (0..500).for_each(|_| bench.timer_task.interrupt());
+    for _ in 0..500 {
+        bench.timer_task.interrupt();
+    }
     assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
     let silent = BoardMessage::Fault(BoardFault::HostSilent);
     let mut ticks = 0;

@@ -75,9 +75,9 @@ pub struct TimerTask<'q, P, E, C> {
 
 impl<P: SetDutyCycle + Cutoff, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
     /// What has to happen every 10 us, on time. The samples come first: the instant of the last is that of the
-    /// interrupt.
+    /// interrupt. The drive that is applied from now on.
     #[inline]
-    pub fn interrupt(&mut self) {
+    pub fn interrupt(&mut self) -> DriveCommand {
         let velocities_m_s = self.converter.velocities_m_s();
         while let Some(modes) = self.designs.dequeue() {
             self.amplifier.set_modes(modes);
@@ -89,11 +89,12 @@ impl<P: SetDutyCycle + Cutoff, E: OutputPin, C: Converter> TimerTask<'_, P, E, C
             self.amplifier.rearm();
         }
         self.take_commands();
-        self.amplifier.sample();
+        let applied = self.amplifier.sample();
         let tick =
             Tick { interrupt: self.interrupts, velocities_m_s, amplifier_works: self.amplifier.works() };
         // A full queue loses the tick: the loop task will find a gap in the numbers.
         let _ = self.ticks.enqueue(tick);
+        applied
     }
 
     /// Applies the commands that act from now on, and drops those that never will.

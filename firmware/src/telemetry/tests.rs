@@ -45,7 +45,9 @@ fn logged(ticks: u64, report: impl Fn(u64) -> TickReport) -> Vec<(u64, Entry)> {
     let mut telemetry = Telemetry::default();
     let mut logged = Vec::new();
     for tick in 1..=ticks {
-        telemetry.note(tick, ArmingState::Armed, Some(&LoopReport::Move(report(tick))), &Counters::default());
+        let mut report = report(tick);
+        let report = LoopReport::Move(&mut report);
+        telemetry.note(tick, ArmingState::Armed, Some(&report), Counters::default);
         logged.extend(telemetry.take().map(|entry| (tick, entry)));
         assert_eq!(telemetry.take(), None, "once");
     }
@@ -128,6 +130,17 @@ fn exact_changes_are_logged_at_once() {
     assert!(logged.contains(&(777, limited)), "{logged:?}");
 }
 
+/// What a phase waits for changes in every tick; the phase is the same.
+#[test]
+fn exact_a_phase_that_goes_on_is_logged_once() {
+    #[expect(clippy::cast_precision_loss, reason = "a thousand")]
+    let logged = logged(1000, |tick| TickReport {
+        phase: PositioningPhase::Settling(Wait::Measuring { to_go_s: Some(tick as f32) }),
+        ..quiet()
+    });
+    assert_eq!(count(&logged, |entry| matches!(entry, Entry::Phase(_))), 1, "{logged:?}");
+}
+
 /// A fault is logged although the loop does not run, and before all else.
 #[test]
 fn exact_a_fault_is_logged_without_a_report() {
@@ -135,11 +148,11 @@ fn exact_a_fault_is_logged_without_a_report() {
     telemetry.record_duration(17);
     telemetry.record_duration(12);
     for tick in 1..=TICKS_PER_TIMING {
-        telemetry.note(tick, ArmingState::Safe, None, &Counters::default());
+        telemetry.note(tick, ArmingState::Safe, None, Counters::default);
         let timing = Entry::Timing { clocks_max: 17, counters: Counters::default() };
         assert_eq!(telemetry.take(), (tick == TICKS_PER_TIMING).then_some(timing), "{tick}");
     }
     let fault = TICKS_PER_TIMING + SPACING_TICKS;
-    telemetry.note(fault, ArmingState::Overrun, None, &Counters::default());
+    telemetry.note(fault, ArmingState::Overrun, None, Counters::default);
     assert_eq!(telemetry.take(), Some(Entry::Arming(ArmingState::Overrun)));
 }

@@ -191,9 +191,8 @@ impl<O: Observer> Replay<'_, O> {
         }
         let instant = now.plus_nanos(self.tick_nanos * *latency_ticks as u64);
         let (estimate, health) = filter.assess_for(*now, instant);
-        let mut assessed = Assessed { estimate, health };
-        in_flight.exchange(&mut assessed, *latency_ticks);
-        let Assessed { estimate, health } = assessed;
+        let Assessed { estimate, health } =
+            *in_flight.exchange(*latency_ticks, |decision| *decision = Assessed { estimate, health });
         let wanted =
             content.truth.is_some() || content.estimate.is_some() || self.ticks.is_multiple_of(self.every);
         if wanted {

@@ -34,7 +34,7 @@ impl TickProgram for ExperimentProgram {
 
     fn tick(&mut self, now: Time, ports: &mut RigPorts) -> ExperimentReport {
         let Self { filter, experimenter, in_flight } = self;
-        tick_experiment(filter, experimenter, in_flight, now, ports)
+        *tick_experiment(filter, experimenter, in_flight, now, ports)
     }
 }
 

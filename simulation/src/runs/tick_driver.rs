@@ -96,8 +96,7 @@ impl Sense for RigPorts {
 impl Drive for RigPorts {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
         let command = self.by_hand.unwrap_or(command);
-        self.command = command;
-        self.in_flight.exchange(&mut self.command, self.latency_ticks);
+        self.command = *self.in_flight.exchange(self.latency_ticks, |decision| *decision = command);
         command
     }
 

@@ -6,6 +6,7 @@ use estimator::{CameraDescription, Instruments};
 use link::{BurstRecord, MapEnd, MapFault, MapRows, MotorParameterRecord, map_messages};
 use motor_model::Parameter;
 
+use super::configured_move::{Configured, Move};
 use super::*;
 
 /// L8: a configuration with one value out of bounds is refused as a whole.

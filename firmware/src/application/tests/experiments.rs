@@ -90,7 +90,7 @@ fn dual_the_experiments_of_a_board_are_those_of_the_controllers_loop() {
             let theirs = bench.step().unwrap();
             let report = tick_experiment(&mut filter, &mut own, &mut in_flight, now, &mut measured);
             assert!(measured.camera_frame().is_none());
-            assert_eq!(TickRecord::from(&report).difference(&theirs), None, "tick {tick}");
+            assert_eq!(TickRecord::from(&*report).difference(&theirs), None, "tick {tick}");
             if own.phase() == ExperimentPhase::Ready {
                 if let Some(response) = own.response() {
                     let [BoardMessage::Response(theirs)] = &bench.exchange(&HostMessage::Response)[..] else {

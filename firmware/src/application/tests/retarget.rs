@@ -53,8 +53,14 @@ fn dual_a_board_moves_on_as_the_controllers_loop_does() {
             bench.exchange(&HostMessage::Camera(frame.into()));
         }
         let theirs = bench.step().unwrap();
-        let ours =
-            TickRecord::from(&tick_by(map, &mut filter, &mut own, &mut in_flight, time(tick), &mut measured));
+        let ours = TickRecord::from(&*tick_by(
+            map,
+            &mut filter,
+            &mut own,
+            &mut in_flight,
+            time(tick),
+            &mut measured,
+        ));
         assert_eq!(ours.difference(&theirs), None, "tick {tick}");
         modes.push(bench.driven().mode());
     }

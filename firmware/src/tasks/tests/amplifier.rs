@@ -81,7 +81,9 @@ fn law_a_bridge_that_was_cut_off_is_off_until_the_host_arms_anew() {
     assert_eq!(bench.received.iter().filter(|&told| *told == failed).count(), 1, "{:?}", bench.received);
     bench.run(100);
     assert!(!bench.is_on() && bench.pins.is_cut(), "nobody has tried it again");
-    (0..3).for_each(|_| bench.timer_task.interrupt());
+    for _ in 0..3 {
+        bench.timer_task.interrupt();
+    }
     assert_eq!(arm_anew(&mut bench), []);
     assert!(bench.is_on());
 }
