@@ -1,11 +1,13 @@
 //! Which filter fits which part: flash, RAM, and the work of a tick.
 //!
 //! ```text
-//! instructions in a tick = 0.9 f 10 us     at one a cycle of f, without a tenth for the timer's interrupt and the link
+//! instructions in a tick = f 10 us     at one a cycle of f
 //! ```
 //!
-//! A filter fits where the program with all filters and its own stack have room, and where the loop is never further
-//! behind than its longest latency ([`controller::LATENCY_TICKS_MAX`]). Instructions are those of a Cortex-M4F.
+//! A filter fits where the program with all filters and its own stack have room, and where the program is never further
+//! behind than the longest latency of a loop ([`controller::LATENCY_TICKS_MAX`]). Instructions are those of a
+//! Cortex-M4F, of the whole program: the timer's interrupt, the loop and the line. There may be a part that no filter
+//! fits.
 
 use std::fmt;
 
@@ -32,7 +34,7 @@ pub struct Part {
     pub flash_bytes: u64,
     /// RAM for variables and stack: that which the processor reaches without a wait.
     pub ram_bytes: u64,
-    /// The scene of the gallery with its filter and latency.
+    /// The scene of the gallery with its filter and latency; where no filter fits, with the simplest one.
     pub scene: &'static str,
 }
 
@@ -66,9 +68,9 @@ pub const PARTS: [Part; 3] = [
 ];
 
 impl Part {
-    /// Instructions that the loop has in a tick of 10 us.
+    /// Instructions that the program has in a tick of 10 us.
     pub const fn per_tick(&self) -> u32 {
-        9 * self.clock_mhz
+        10 * self.clock_mhz
     }
 }
 
@@ -83,11 +85,11 @@ pub struct Fit {
     pub flash_bytes: u64,
     /// Its variables, and the stack of a move by the filter.
     pub ram_bytes: u64,
-    /// Instructions that the loop has in a tick.
+    /// Instructions that the program has in a tick.
     pub per_tick: u32,
-    /// Instructions of a tick with latency on average.
+    /// Instructions of a tick of the program on average.
     pub mean: f64,
-    /// Ticks that the loop is behind at most: the least `board.latency_ticks`.
+    /// Ticks that the program is behind at most: the least `board.latency_ticks`.
     pub latency_ticks: u32,
 }
 
@@ -114,8 +116,11 @@ pub struct PartsReport {
 }
 
 /// The filters, and their ticks in a listing.
-const TICKS: [(&str, &str); 3] =
-    [("constant_rate", "loop_tick"), ("impact_aided", "loop_tick_impact_aided"), ("twin", "loop_tick_twin")];
+const TICKS: [(&str, &str); 3] = [
+    ("constant_rate", "program_tick"),
+    ("impact_aided", "program_tick_impact_aided"),
+    ("twin", "program_tick_twin"),
+];
 
 impl PartsReport {
     /// By the counts of a Cortex-M4F and the sizes of the programs.
@@ -137,7 +142,7 @@ impl PartsReport {
                 flash_bytes: program.flash_bytes,
                 ram_bytes: program.static_bytes + u64::from(stack.bytes),
                 per_tick,
-                mean: count(&format!("{tick}_with_latency"))?.mean(),
+                mean: count(tick)?.mean(),
                 latency_ticks: count(&format!("{tick}_latency_at_{per_tick}"))?.max,
             })
         };
@@ -151,9 +156,19 @@ impl PartsReport {
         self.fits.iter().rfind(|fit| fit.part == *part && fit.lacks().is_empty())
     }
 
+    /// The parts that no filter fits, and how much of what they have in a tick the simplest filter takes.
+    fn without(&self) -> String {
+        let of_part = |part: &Part| {
+            let simplest =
+                self.fits.iter().find(|fit| fit.part == *part).filter(|_| self.best(part).is_none())?;
+            let share = share(simplest.mean, f64::from(simplest.per_tick));
+            Some(format!("No filter fits the {}: `{}` takes {share} of a tick.", part.name, simplest.filter))
+        };
+        PARTS.iter().filter_map(of_part).collect::<Vec<_>>().join(" ")
+    }
+
     fn table(&self) -> Table {
         let mut table = Table::new(&["part", "filter", "flash", "RAM", "tick, mean", "latency", ""]);
-        let share = |of: f64, all: f64| format!("{:.0} %", 100.0 * of / all);
         for fit in &self.fits {
             let Fit { part, filter, flash_bytes, ram_bytes, per_tick, mean, latency_ticks } = fit;
             let lacks = fit.lacks();
@@ -182,13 +197,19 @@ impl PartsReport {
 
     /// The values of the page on the microcontroller that parts give.
     pub fn page_values(&self) -> Vec<PlacedValue> {
-        vec![("table_parts", self.table().markdown())]
+        vec![("table_parts", self.table().markdown()), ("parts_without", self.without())]
     }
+}
+
+fn share(of: f64, all: f64) -> String {
+    format!("{:.0} %", 100.0 * of / all)
 }
 
 impl fmt::Display for PartsReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.table().text())
+        f.write_str(&self.table().text())?;
+        let without = self.without();
+        if without.is_empty() { Ok(()) } else { writeln!(f, "\n{without}") }
     }
 }
 
@@ -199,13 +220,13 @@ mod tests {
     fn fit(filter: &'static str, latency_ticks: u32) -> Fit {
         let [part, ..] = PARTS;
         let (flash_bytes, ram_bytes) = (part.flash_bytes, part.ram_bytes);
-        Fit { part, filter, flash_bytes, ram_bytes, per_tick: 1530, mean: 1000.0, latency_ticks }
+        Fit { part, filter, flash_bytes, ram_bytes, per_tick: 1700, mean: 1000.0, latency_ticks }
     }
 
     /// A tick of 10 us at 170 MHz has 1700 cycles.
     #[test]
-    fn exact_a_tenth_of_the_cycles_is_not_the_loop_s() {
-        assert_eq!(PARTS.map(|part| part.per_tick()), [1530, 4320, 1350]);
+    fn exact_all_cycles_of_a_tick_are_the_program_s() {
+        assert_eq!(PARTS.map(|part| part.per_tick()), [1700, 4800, 1500]);
     }
 
     /// All of what there is fits, and one more does not.
@@ -220,6 +241,21 @@ mod tests {
         ] {
             assert_eq!(over.lacks(), [lacks]);
         }
+    }
+
+    /// A part whose filters all lack time is told, with what the simplest takes; one that has a filter is not.
+    #[test]
+    fn exact_a_part_that_no_filter_fits_is_told() {
+        let [_, other, _] = PARTS;
+        let late = Fit { mean: 2125.0, ..fit("constant_rate", 17) };
+        let fits = vec![late, fit("twin", 18), Fit { part: other, ..fit("constant_rate", 17) }];
+        let mut report = PartsReport { fits, programs: Vec::new() };
+        report.fits.push(Fit { part: other, ..fit("twin", 16) });
+        let expected = "No filter fits the STM32G474RE: `constant_rate` takes 125 % of a tick.";
+        assert_eq!(report.without(), expected);
+        assert!(report.to_string().ends_with(&format!("\n{expected}\n")), "{report}");
+        report.fits.push(fit("twin", 1));
+        assert_eq!(report.without(), "");
     }
 
     /// The last filter that fits, of that part alone.
