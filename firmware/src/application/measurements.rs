@@ -7,8 +7,8 @@ use heapless::Deque;
 /// A tick takes one frame. So many late frames are kept.
 const CAMERA_FRAMES_MAX: usize = 8;
 
-/// As many samples as four ticks take.
-const LDV_SAMPLES_MAX: usize = 4 * LDV_SAMPLES_PER_TICK_MAX;
+/// As many samples as three ticks take.
+const LDV_SAMPLES_MAX: usize = 3 * LDV_SAMPLES_PER_TICK_MAX;
 
 /// Two queues. A full queue drops its oldest entry for a new one.
 #[derive(Debug, Default)]
