@@ -305,8 +305,13 @@ impl Positioning {
             return Some(PositioningPhase::Stopped(StopReason::OutOfTravel));
         }
         let wanted_nanos = u64::from(burst.ticks) * crate::TICK_NANOS;
-        let over = now.nanos_since(since) >= wanted_nanos.min(self.tuning.limits.on_max_nanos);
+        let on_max_nanos = self.tuning.limits.on_max_nanos;
+        let over = now.nanos_since(since) >= wanted_nanos.min(on_max_nanos);
         if over {
+            if on_max_nanos < wanted_nanos {
+                // As at the deadline.
+                self.rest.forget();
+            }
             let spread_rad2 =
                 burst.motors_sd_rad * burst.motors_sd_rad + burst.repeat_sd_rad * burst.repeat_sd_rad;
             return Some(self.coast(direction(family.mode()), burst.turn_rad, math::sqrt_f32(spread_rad2)));

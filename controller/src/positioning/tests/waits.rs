@@ -291,8 +291,9 @@ fn law_a_hold_outlives_the_deadline_and_a_short_loss() {
     assert_eq!(scenario.phase(), PositioningPhase::Holding);
 }
 
-/// A burst that is cut, at the deadline or at the end of the travel, turns by less than was forecast: of the angle
-/// before it nothing is known after it. A whole one makes the angle better known than by the frames alone.
+/// A burst that is cut, at the deadline, at the end of the travel or where the drive was on for as long as is allowed,
+/// turns by less than was forecast: of the angle before it nothing is known after it. A whole one makes the angle
+/// better known than by the frames alone.
 #[test]
 fn law_a_burst_that_is_cut_leaves_no_forecast() {
     let known = |cut: &dyn Fn(&mut Scenario), reason: Option<StopReason>| {
@@ -326,4 +327,10 @@ fn law_a_burst_that_is_cut_leaves_no_forecast() {
         scenario.moving();
     };
     assert!(!known(&outside, Some(StopReason::OutOfTravel)));
+    let too_long = |scenario: &mut Scenario| {
+        scenario.moving();
+        scenario.positioning.tuning.limits.on_max_nanos = TICK;
+        scenario.moving();
+    };
+    assert!(!known(&too_long, None));
 }
