@@ -68,6 +68,8 @@ pub struct Commissioning {
     swept: [Vec<SweepPoint, SWEEP_POINTS_MAX>; 2],
     /// The experiment that is ordered, and the row of the map that it measures.
     ordered: Option<(Experiment, Option<MapRow>)>,
+    /// Drives in a row of which nothing is known, since the estimate was lost, and the mode of the last.
+    lost: (u8, DriveMode),
 }
 
 impl Commissioning {
@@ -80,6 +82,7 @@ impl Commissioning {
             resonances: [None; 2],
             swept: [Vec::new(), Vec::new()],
             ordered: None,
+            lost: (0, DriveMode::B),
         }
     }
 
@@ -135,12 +138,18 @@ impl Commissioning {
     /// Takes the response to the experiment of the last [`Self::next`]. A response of another kind counts as none.
     pub fn take(&mut self, prior: &ResponseMap, response: &Response) {
         let Some((experiment, row)) = self.ordered.take() else { return };
+        let lost = if *response == Response::Lost { self.lost.0.saturating_add(1) } else { 0 };
+        self.lost = (lost, experiment.mode());
         match (response, row) {
             (Response::Sweep { points }, None) => self.take_sweep(experiment.mode(), points),
             (Response::Cruise { windows, rate_rad_s, coast_rad, to_rest_s }, Some(MapRow::Cruise(index))) => {
                 self.take_windows(prior, index, windows);
+                let is_whole = windows.is_full();
                 if let Some(found) = self.evidence.cruise_mut(index) {
                     found.runs = found.runs.saturating_add(1);
+                    found.lost = found.lost.saturating_add(u16::from(!is_whole));
+                }
+                if let Some(found) = self.evidence.cruise_mut(index).filter(|_| is_whole) {
                     found.coasts.add(*rate_rad_s, *coast_rad);
                     found.to_rest_s.add(*to_rest_s, 0.0);
                 }

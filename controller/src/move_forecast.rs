@@ -279,7 +279,11 @@ fn far(
     if near {
         return Some(left_rad);
     }
-    let longest = map.burst(coarse(mode), f32::INFINITY, tuning.limits.amplitude_max)?;
+    // A map may be without strides.
+    let longest = [coarse(mode), Family::Walk, Family::Step]
+        .into_iter()
+        .filter(|family| family.mode() == mode)
+        .find_map(|family| map.burst(family, f32::INFINITY, tuning.limits.amplitude_max))?;
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

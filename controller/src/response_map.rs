@@ -234,6 +234,13 @@ impl ResponseMap {
         Some((first.turn_rad, allowed.next_back().unwrap_or(first).turn_rad))
     }
 
+    /// Whether there is a drive of `mode` up to `amplitude_max`.
+    pub fn has_drives(&self, mode: DriveMode, amplitude_max: f32) -> bool {
+        let mut bursts = Family::ALL.into_iter().filter(|family| family.mode() == mode);
+        self.strongest_cruise(mode, amplitude_max).is_some()
+            || bursts.any(|family| self.range_rad(family, amplitude_max).is_some())
+    }
+
     /// The burst of `family` up to `amplitude_max` whose mean turn is nearest to `turn_rad`, by linear interpolation in
     /// the table.
     pub fn burst(&self, family: Family, turn_rad: f32, amplitude_max: f32) -> Option<Burst> {

@@ -5,11 +5,17 @@
 //! repeat keeps the prior's part of the turn, times the scale that the repeats of the table support ([`spread_scale`]).
 //!
 //! A row is left out that turns the rotor by no more than it is known to, or by no more than the row before it: the
-//! rules of [`ResponseMap::try_new`]. A table of which nothing was measured is the prior's, bit by bit.
+//! rules of [`ResponseMap::try_new`]. A table of which nothing was measured is the prior's, bit by bit. A mode that is
+//! dead, or turns the rotor the other way, has no rows.
+//!
+//! Without mode B, or with a slow one, a rotor that comes to rest beyond its target is not turned back. So mode C then
+//! has no strides, whose turn one motor repeats to 15 %, and its coasts are longer by [`LONG_COAST_SIGMAS`] standard
+//! deviations: few are longer still.
 
 use motor_model::{DriveMode, math};
 
 use super::evidence::CommissioningEvidence;
+use super::findings::Findings;
 use super::map_factors::{MapFactors, Measured, rate_spread, turn_spread};
 use super::quantiles;
 use super::repeats::EXPECTED_REPEATS;
@@ -20,6 +26,9 @@ use crate::response_map::{Burst, Cruise, Family, MapError, ResponseMap, directio
 const KNOWN_AT_BEST: f32 = 0.01;
 /// Probability below which a spread is smaller than the repeats show, where it is taken to be.
 const SHRINK_FALSE: f32 = 0.05;
+/// Standard deviations of a coast by which it is taken to be longer where nothing turns the rotor back: one coast in
+/// 700 is longer still.
+const LONG_COAST_SIGMAS: f32 = 3.0;
 
 /// Standard deviation per prior one of repeats whose squares, each in units of its expected variance, sum up to
 /// `squares` with `freedom` degrees of freedom.
@@ -54,8 +63,10 @@ pub fn commissioned_map(
 ) -> Result<ResponseMap, MapError> {
     let measured = Measured { map: prior, evidence };
     let factors = measured.factors();
+    let findings = Findings::of(prior, evidence);
+    let turns_back = findings.is_fast(DriveMode::B);
     let mut map = ResponseMap::without_rows(*prior.design());
-    for mode in [DriveMode::B, DriveMode::C] {
+    for mode in [DriveMode::B, DriveMode::C].into_iter().filter(|mode| findings.is_of_use(*mode)) {
         let cruises = prior.cruises().iter().enumerate().filter(|(_, cruise)| cruise.mode == mode);
         let scale = coast_scale(&measured, &factors, mode);
         let mut before_rad_s = 0.0;
@@ -68,11 +79,13 @@ pub fn commissioned_map(
             let rate_rad_s = direction(mode) * row.rate_rad_s;
             if rate_rad_s > row.rate_sd_rad_s && rate_rad_s > before_rad_s {
                 before_rad_s = rate_rad_s;
-                map.append_cruises(&[row])?;
+                map.append_cruises(&[if turns_back { row } else { with_long_coast(row) }])?;
             }
         }
     }
-    for family in Family::ALL {
+    let is_driven =
+        |family: &Family| findings.is_of_use(family.mode()) && (turns_back || *family != Family::Stride);
+    for family in Family::ALL.into_iter().filter(is_driven) {
         let is_prior = factors.turns(family).measured() == 0
             && related(family).is_none_or(|related| factors.turns(related).measured() == 0);
         let scale = turn_scale(&measured, &factors, family);
@@ -91,6 +104,12 @@ pub fn commissioned_map(
     }
     map.complete(prior.step_walk_correlation())?;
     Ok(map)
+}
+
+/// The same cruise with a coast that one in 700 exceeds.
+fn with_long_coast(cruise: Cruise) -> Cruise {
+    let longer_s = LONG_COAST_SIGMAS * cruise.coast_sd_rad / cruise.rate_rad_s.abs();
+    Cruise { coast_s: cruise.coast_s + longer_s, ..cruise }
 }
 
 /// The family whose factor tells that of `family`.
@@ -254,16 +273,41 @@ mod tests {
         }
     }
 
-    /// Mode B is dead: no row of it is left.
+    /// What the strongest cruise of `dead` shows of a mode that turns nothing.
+    fn dead(dead: DriveMode) -> CommissioningEvidence {
+        let mut evidence = CommissioningEvidence::default();
+        let strongest = map().cruises().iter().enumerate().rfind(|(_, cruise)| cruise.mode == dead);
+        let (index, cruise) = strongest.unwrap();
+        (0..16).for_each(|_| evidence.add_window(index, cruise, 0.0, 1e-8, 0.05));
+        evidence
+    }
+
+    /// A mode that is dead has neither cruises nor bursts, of which none was measured.
     #[test]
     fn law_a_dead_mode_has_no_rows() {
-        let mut evidence = CommissioningEvidence::default();
-        for (index, cruise) in map().cruises().iter().enumerate().take(8) {
-            (0..16).for_each(|_| evidence.add_window(index, cruise, 0.0, 1e-8, 0.05));
+        for mode in [DriveMode::B, DriveMode::C] {
+            let found = commissioned_map(map(), &dead(mode)).unwrap();
+            assert_eq!(found.cruises_of(mode), []);
+            for family in Family::ALL {
+                let is_driven = family.mode() != mode && (mode == DriveMode::C || family != Family::Stride);
+                let expected = if is_driven { map().bursts(family) } else { &[] };
+                assert_eq!(found.bursts(family), expected, "{mode:?} {family:?}");
+            }
         }
-        let found = commissioned_map(map(), &evidence).unwrap();
-        assert_eq!(found.strongest_cruise(DriveMode::B, 1.0), None);
-        assert!(found.strongest_cruise(DriveMode::C, 1.0).is_some());
+    }
+
+    /// Without mode B the coast is longer by three standard deviations of it; with mode B it is the prior's.
+    #[test]
+    fn exact_without_mode_b_coasts_are_long() {
+        let found = commissioned_map(map(), &dead(DriveMode::B)).unwrap();
+        let (mine, prior) = (found.cruises_of(DriveMode::C), map().cruises_of(DriveMode::C));
+        assert_eq!(mine.len(), prior.len());
+        for (mine, prior) in mine.iter().zip(prior) {
+            let longer_rad = (mine.coast_s - prior.coast_s) * prior.rate_rad_s.abs();
+            assert!((longer_rad / prior.coast_sd_rad - 3.0).abs() < 1e-3, "{mine:?} {prior:?}");
+        }
+        let other = commissioned_map(map(), &dead(DriveMode::C)).unwrap();
+        assert_eq!(other.cruises_of(DriveMode::B), map().cruises_of(DriveMode::B));
     }
 
     /// Fastest at half drive: the faster drives of the map are left out, since they turn more slowly.

@@ -56,8 +56,12 @@ impl Coasts {
 pub struct CruiseEvidence {
     /// Runs of it.
     pub runs: u16,
+    /// Those of them that ended with the loss of the estimate, after a window or more.
+    pub lost: u16,
     /// Mean rates of its windows, per rate of the prior row.
     pub windows: Repeats,
+    /// Windows in which the rotor turned in the mode's direction, however little.
+    pub forward: u16,
     /// Windows in which the rotor turned against the mode's direction.
     pub backward: u16,
     /// Windows in which it did not turn.
@@ -132,8 +136,9 @@ impl CommissioningEvidence {
         let expected_rad = direction(cruise.mode) * cruise.rate_rad_s * time_s;
         evidence.windows.add(turned_rad / expected_rad, turned_rad2 / (expected_rad * expected_rad));
         let significant = turned_rad * turned_rad > SIGNIFICANT_SIGMAS * SIGNIFICANT_SIGMAS * turned_rad2;
-        if significant && turned_rad < 0.0 {
-            evidence.backward = evidence.backward.saturating_add(1);
+        if significant {
+            let count = if turned_rad < 0.0 { &mut evidence.backward } else { &mut evidence.forward };
+            *count = count.saturating_add(1);
         }
         // Of a late camera a window may be too uncertain to show any turn.
         let limit_rad2 = SIGNIFICANT_SIGMAS * SIGNIFICANT_SIGMAS * turned_rad2;
@@ -186,12 +191,18 @@ mod tests {
         let map = ResponseMap::table_1();
         let (index, cruise) = map.cruises().iter().enumerate().nth(8).unwrap();
         let mut evidence = CommissioningEvidence::default();
-        for (turned_rad, backward, still) in
-            [(0.0516, 0, 0), (-0.0516, 1, 0), (0.0031, 1, 1), (-0.0033, 2, 1), (0.0033, 2, 1), (0.0, 2, 2)]
-        {
+        for (turned_rad, forward, backward, still) in [
+            (0.0516, 1, 0, 0),
+            (-0.0516, 1, 1, 0),
+            (0.0031, 1, 1, 1),
+            (-0.0033, 1, 2, 1),
+            (0.0033, 2, 2, 1),
+            (0.0, 2, 2, 2),
+        ] {
             evidence.add_window(index, cruise, turned_rad, 1e-6, 2.0);
             let found = evidence.cruise(index);
-            assert_eq!((found.backward, found.still), (backward, still), "{turned_rad}");
+            let counts = (found.forward, found.backward, found.still);
+            assert_eq!(counts, (forward, backward, still), "{turned_rad}");
         }
         assert!((evidence.cruise(index).windows.mean() - 0.0031 / 0.0516 / 6.0).abs() < 1e-5);
         // Known to 17 mrad, the whole turn of the row would not show.

@@ -95,7 +95,8 @@ pub enum Response {
     },
     /// The windows of a cruise, and the coast after it.
     Cruise {
-        /// In the order of time.
+        /// In the order of time. Fewer than [`WINDOWS`] are those before the estimate was lost: the coast is then none,
+        /// and all else 0.
         windows: Vec<TurnWindow, WINDOWS>,
         /// Rate at the cut in rad/s, in the direction of the mode.
         rate_rad_s: f32,

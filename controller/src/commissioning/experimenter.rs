@@ -31,7 +31,7 @@ const SPIN_UP_NANOS: u64 = 150_000_000;
 const WINDOW_NANOS: u64 = 50_000_000;
 /// Drives in a row that may be cut because the estimate is lost. An assumption: at some drives a rotor that tilts is
 /// lost now and then.
-const LOST_MAX: u8 = 8;
+pub(super) const LOST_MAX: u8 = 8;
 
 /// Tuning of the experiments.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -214,10 +214,20 @@ impl Experimenter {
         self.command()
     }
 
-    /// No usable estimate. A sweep needs none; any other experiment ends, and shows nothing.
+    /// No usable estimate. A sweep needs none; any other experiment ends. Of a cruise the windows before it count, but
+    /// for the last one, at whose end the estimate may have been wrong; a train shows nothing.
     fn wait(&mut self, now: Time) {
         if matches!(self.stage, Stage::Cruising(_) | Stage::Bursting(_)) {
             self.lost = self.lost.saturating_add(1);
+        }
+        if let Stage::Cruising(_) = self.stage {
+            self.windows.pop();
+            if !self.windows.is_empty() {
+                self.lost = 0;
+                let windows = self.windows.clone();
+                self.response =
+                    Some(Response::Cruise { windows, rate_rad_s: 0.0, coast_rad: 0.0, to_rest_s: 0.0 });
+            }
         }
         if self.is_blind_too_long(now) || self.lost > LOST_MAX {
             self.stage = Stage::Ended(CommissioningEnd::NoEstimate);

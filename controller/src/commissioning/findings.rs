@@ -5,11 +5,15 @@
 //!
 //! | told | when, of cruises that turn every motor of the prior map (of all cruises: fastest below full drive) |
 //! |---|---|
-//! | dead | the upper limit of the rate of the strongest one is below [`DEAD_PART`] of the map's |
+//! | slow | the upper limit of the rate of the strongest one is below [`SLOW_PART`] of the map's |
+//! | dead | the same, and no more windows go forwards, less those backwards, than [`ODD_PART`] of all explains |
 //! | turns the other way | the upper limit of that rate is below zero |
 //! | fastest below full drive | a weaker one is faster than the strongest, by Student's t over all weaker ones |
 //! | turns back | more windows go backwards than [`ODD_PART`] of all explains, by the binomial law over all rows |
 //! | sticks | the same of windows without a turn, where none goes backwards |
+//! | is lost | the same of cruises that end with the loss of the estimate |
+//!
+//! The test of lost cruises is not among the ten: of the motors of the prior map none loses the estimate.
 //!
 //! Windows of 50 ms of one run are correlated in mode B; they count as half as many ([`super::map_factors`]).
 
@@ -25,8 +29,9 @@ use crate::response_map::{Cruise, ResponseMap, direction};
 pub const FALSE_OF_A_MOTOR: f32 = 0.01;
 /// The same of one test.
 const FALSE_EACH: f32 = FALSE_OF_A_MOTOR / 10.0;
-/// Part of the map's rate below which a mode counts as dead. An assumption.
-const DEAD_PART: f32 = 0.02;
+/// Part of the map's rate below which a mode counts as slow, or as dead if it does not turn the rotor for certain. An
+/// assumption.
+const SLOW_PART: f32 = 0.02;
 /// Windows from which on a rate is judged: those of one run.
 const WINDOWS_MIN: u16 = 8;
 /// Part of the windows that may be odd in a motor that neither turns back nor sticks. An assumption: impacts are
@@ -38,6 +43,11 @@ const ODD_PART: f64 = 0.02;
 pub enum FindingKind {
     /// The mode does not turn the rotor.
     Dead,
+    /// The mode turns the rotor, but hardly.
+    Slow {
+        /// Rate of its strongest drive, per rate of the map's.
+        part: f32,
+    },
     /// The mode turns the rotor in the direction of the other.
     OtherWay,
     /// A weaker drive turns the rotor faster than the strongest.
@@ -59,6 +69,11 @@ pub enum FindingKind {
         /// Part of its windows in which it does, 0 to 1.
         part: f32,
     },
+    /// The estimate is lost while the mode drives: the rotor sticks or jumps, or turns as no model foresees.
+    Lost {
+        /// Part of its cruises that end so, 0 to 1.
+        part: f32,
+    },
 }
 
 /// Something unforeseen of a mode.
@@ -73,7 +88,7 @@ pub struct Finding {
 /// What was found of a motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Findings {
-    of: [[Option<Finding>; 3]; 2],
+    of: [[Option<Finding>; 4]; 2],
 }
 
 impl Findings {
@@ -89,13 +104,23 @@ impl Findings {
         })
     }
 
+    /// Whether `mode` moves the rotor its own way, and no less than a fiftieth as fast as the map foresees.
+    pub fn is_fast(&self, mode: DriveMode) -> bool {
+        let is_slow = |kind| matches!(kind, FindingKind::Slow { .. });
+        self.is_of_use(mode) && !self.iter().any(|finding| finding.mode == mode && is_slow(finding.kind))
+    }
+
     /// What `evidence`, in units of the rows of `prior`, shows.
     pub fn of(prior: &ResponseMap, evidence: &CommissioningEvidence) -> Self {
         Self {
             of: [DriveMode::B, DriveMode::C].map(|mode| {
                 let rows = RowsOfMode { prior, evidence, mode };
-                [rows.strongest_row_fails(), rows.fastest_below_full(), rows.odd_windows()]
-                    .map(|kind| kind.map(|kind| Finding { mode, kind }))
+                let strongest = rows.strongest_row();
+                let is_of_use = !matches!(strongest, Some(FindingKind::Dead | FindingKind::OtherWay));
+                let is_slow = matches!(strongest, Some(FindingKind::Slow { .. }));
+                let fastest = if is_of_use { rows.fastest_below_full() } else { None };
+                let odd = if is_of_use { rows.odd_windows(is_slow) } else { None };
+                [strongest, fastest, odd, rows.lost()].map(|kind| kind.map(|kind| Finding { mode, kind }))
             }),
         }
     }
@@ -118,6 +143,7 @@ struct Rate {
     variance: f32,
     freedom: f32,
     windows: u16,
+    forward: u16,
     backward: u16,
     still: u16,
 }
@@ -126,6 +152,17 @@ impl Rate {
     /// Standard deviations of Student's t, times those of the mean.
     fn margin_rad_s(&self, outside: f32) -> f32 {
         quantiles::student(self.freedom, outside) * math::sqrt_f32(self.variance)
+    }
+
+    /// Probability by which `odd` windows of all are explained, where [`ODD_PART`] of them is. Two windows that follow
+    /// one another may be odd for one reason.
+    fn chance(&self, odd: u16) -> f64 {
+        quantiles::binomial_tail(self.windows / 2, odd / 2, ODD_PART)
+    }
+
+    /// Whether the rotor turns, however slowly: by the windows in which it is seen to.
+    fn turns_for_certain(&self) -> bool {
+        self.mean_rad_s > 0.0 && self.chance(self.forward.saturating_sub(self.backward)) < FALSE_EACH.into()
     }
 }
 
@@ -149,6 +186,7 @@ impl RowsOfMode<'_> {
                 variance: variance * mapped_rad_s * mapped_rad_s,
                 freedom: found.windows.freedom() / WINDOWS_PER_INDEPENDENT + EXPECTED_REPEATS,
                 windows: found.windows.count(),
+                forward: found.forward,
                 backward: found.backward,
                 still: found.still,
             })
@@ -159,21 +197,26 @@ impl RowsOfMode<'_> {
         self.rates().last().filter(|rate| rate.windows >= WINDOWS_MIN)
     }
 
-    fn strongest_row_fails(&self) -> Option<FindingKind> {
+    /// What fails of the strongest drive.
+    fn strongest_row(&self) -> Option<FindingKind> {
         let strongest = self.strongest()?;
+        let slow_rad_s = SLOW_PART * strongest.mapped_rad_s;
         // The scatter of a rotor at rest is that of the measurement, which the ripple of a turning one exceeds.
-        let all_still =
-            strongest.still == strongest.windows && strongest.mean_rad_s < DEAD_PART * strongest.mapped_rad_s;
+        let all_still = strongest.still == strongest.windows && strongest.mean_rad_s < slow_rad_s;
         let upper_rad_s = strongest.mean_rad_s + strongest.margin_rad_s(FALSE_EACH);
         if upper_rad_s < 0.0 {
             Some(FindingKind::OtherWay)
+        } else if !all_still && upper_rad_s >= slow_rad_s {
+            None
+        } else if strongest.turns_for_certain() {
+            Some(FindingKind::Slow { part: strongest.mean_rad_s / strongest.mapped_rad_s })
         } else {
-            (all_still || upper_rad_s < DEAD_PART * strongest.mapped_rad_s).then_some(FindingKind::Dead)
+            Some(FindingKind::Dead)
         }
     }
 
     fn fastest_below_full(&self) -> Option<FindingKind> {
-        let strongest = self.strongest().filter(|_| self.strongest_row_fails().is_none())?;
+        let strongest = self.strongest()?;
         let weaker = || {
             self.all_rates()
                 .filter(|rate| rate.windows >= WINDOWS_MIN && rate.amplitude < strongest.amplitude)
@@ -193,24 +236,29 @@ impl RowsOfMode<'_> {
         Some(FindingKind::FastestBelowFull { amplitude: fastest.amplitude })
     }
 
-    fn odd_windows(&self) -> Option<FindingKind> {
+    /// Whether the estimate is lost in more cruises, of all drives of the mode, than is explained.
+    fn lost(&self) -> Option<FindingKind> {
+        let of_mode = self.prior.cruises().iter().enumerate().filter(|(_, cruise)| cruise.mode == self.mode);
+        let (runs, lost) = of_mode.fold((0_u16, 0_u16), |(runs, lost), (index, _)| {
+            let found = self.evidence.cruise(index);
+            (runs.saturating_add(found.runs), lost.saturating_add(found.lost))
+        });
+        let part = || f32::from(lost) / f32::from(runs);
+        let is_odd = lost > 0 && quantiles::binomial_tail(runs, lost, ODD_PART) < FALSE_EACH.into();
+        is_odd.then(|| FindingKind::Lost { part: part() })
+    }
+
+    /// The windows of a slow mode are all still in units of the map: that it sticks is not told.
+    fn odd_windows(&self, is_slow: bool) -> Option<FindingKind> {
         let rows = u16::try_from(self.rates().count()).unwrap_or(u16::MAX).max(1);
         let odd = |of: fn(&Rate) -> u16| {
-            let is_odd = |rate: &Rate| {
-                // Two windows that follow one another may be odd for one reason.
-                let [windows, odd] = [rate.windows, of(rate)].map(|count| count / 2);
-                let probability = quantiles::binomial_tail(windows, odd, ODD_PART);
-                odd > 0 && probability < f64::from(FALSE_EACH) / f64::from(rows)
-            };
+            let is_odd = |rate: &Rate| rate.chance(of(rate)) < f64::from(FALSE_EACH) / f64::from(rows);
             let part = |rate: Rate| (rate.amplitude, f32::from(of(&rate)) / f32::from(rate.windows));
             self.rates().filter(is_odd).map(part).reduce(|most, row| if row.1 > most.1 { row } else { most })
         };
-        if self.strongest_row_fails().is_some() {
-            return None;
-        }
         let backward = odd(|rate| rate.backward);
         let backward = backward.map(|(amplitude, part)| FindingKind::TurnsBack { amplitude, part });
-        let still = || odd(|rate| rate.still);
+        let still = || if is_slow { None } else { odd(|rate| rate.still) };
         backward.or_else(|| still().map(|(amplitude, part)| FindingKind::Sticks { amplitude, part }))
     }
 }
@@ -271,6 +319,11 @@ mod tests {
         let mode = DriveMode::B;
         assert_eq!(found(mode, 16, |_, _| 0.0), [FindingKind::Dead]);
         assert_eq!(found(mode, 16, |_, window| -0.8 + ripple(window)), [FindingKind::OtherWay]);
+        let slow = found(mode, 16, |_, window| 0.007 * (1.0 + ripple(window)));
+        assert!(
+            matches!(slow[..], [FindingKind::Slow { part }] if (0.006..0.008).contains(&part)),
+            "{slow:?}"
+        );
         // A third of the rate at full drive, and the whole at half drive: 5.0 and 5.6 rad/s.
         let half = |amplitude: f32, window| if amplitude > 0.9 { 0.2 } else { 1.0 } * (1.0 + ripple(window));
         assert!(matches!(found(mode, 16, half)[..], [FindingKind::FastestBelowFull { .. }]));
@@ -295,6 +348,20 @@ mod tests {
         let back = |last| move |_, window| if window < last { -0.5 } else { 1.0 + ripple(window) };
         assert_eq!(found(DriveMode::B, 16, back(5)), []);
         assert!(matches!(found(DriveMode::B, 16, back(10))[..], [FindingKind::TurnsBack { .. }, ..]));
+    }
+
+    /// Cruises that end with the loss of the estimate: one of six happens to one motor in nine, three to one in 6,000.
+    #[test]
+    fn exact_cruises_that_lose_the_estimate_are_told() {
+        for (lost, is_told) in [(0, false), (1, false), (3, true)] {
+            let mut evidence = CommissioningEvidence::default();
+            let found = evidence.cruise_mut(7).unwrap();
+            (found.runs, found.lost) = (6, lost);
+            let of = Findings::of(map(), &evidence);
+            let told = of.iter().next().map(|finding| finding.kind);
+            let expected = is_told.then_some(FindingKind::Lost { part: 0.5 });
+            assert_eq!(told, expected, "{lost}");
+        }
     }
 
     /// One odd window of 16, at any place, is told of no motor.

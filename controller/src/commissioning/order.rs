@@ -16,7 +16,7 @@ use motor_model::DriveMode;
 
 use super::commissioned_map::commissioned_map;
 use super::evidence::{CommissioningEvidence, MapRow};
-use super::experiment::TRAIN_MAX;
+use super::experiment::{TRAIN_MAX, WINDOWS};
 use super::findings::Findings;
 use super::map_factors::{MapFactors, Measured, is_fine};
 use crate::move_forecast::MoveForecast;
@@ -34,6 +34,9 @@ pub(super) const GAIN_MIN_S: f32 = 0.005;
 const IMPOSSIBLE_S: f32 = 60.0;
 /// Runs of each row of a table whose shape is not the prior's.
 const OTHER_SHAPE_RUNS: u16 = 4;
+/// Windows of a whole cruise.
+#[expect(clippy::cast_possible_truncation, reason = "8")]
+const WINDOWS_OF_RUN: u16 = WINDOWS as u16;
 /// Runs of a row beyond which no more are made.
 const REPEATS_MAX: u16 = 6;
 /// Turn of a train in mdeg: a hundred times what a third of a second of measuring leaves.
@@ -84,7 +87,8 @@ fn runs(row: MapRow) -> u16 {
 impl Known<'_> {
     fn made(&self, row: MapRow) -> u16 {
         match row {
-            MapRow::Cruise(index) => self.evidence.cruise(index).runs,
+            // In whole ones: a run that is cut short has fewer windows.
+            MapRow::Cruise(index) => self.evidence.cruise(index).windows.count() / WINDOWS_OF_RUN,
             MapRow::Burst(family, index) => self.evidence.burst(family, index).turns.count(),
         }
     }

@@ -7,6 +7,7 @@ use motor_model::DriveMode;
 use super::Commissioning;
 use super::commissioned_map::commissioned_map;
 use super::evidence::CommissioningEvidence;
+use super::experimenter::LOST_MAX;
 use super::findings::{FindingKind, Findings};
 use super::map_factors::{MapFactors, Measured};
 use super::resonance::Resonance;
@@ -36,8 +37,13 @@ pub enum CommissioningEnd {
 /// Why a motor is not fit for use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unfit {
-    /// It was not measured: there was no usable estimate for too long, or too often.
+    /// It was not measured: there was no usable estimate for too long.
     NoEstimate,
+    /// It was not measured: the estimate was lost in one drive after the other.
+    LostWhenDriven {
+        /// The mode of the last of them.
+        mode: DriveMode,
+    },
     /// It does not come to rest with the drive off.
     NeverRests,
     /// The time was over before any drive was measured.
@@ -64,6 +70,10 @@ impl fmt::Display for Unfit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoEstimate => f.write_str("the instruments gave no usable estimate of the driven rotor"),
+            Self::LostWhenDriven { mode } => write!(
+                f,
+                "mode {mode:?} turns the rotor as no estimate follows: it is lost in one drive after the other"
+            ),
             Self::NeverRests => f.write_str("the rotor does not come to rest within 3 s with the drive off"),
             Self::NotMeasured => f.write_str("the time was over before any drive was measured"),
             Self::OtherWay { mode: DriveMode::B } => f.write_str("mode B turns the rotor counter-clockwise"),
@@ -130,7 +140,14 @@ impl Commissioning {
             return Err(Unfit::OtherWay { mode: finding.mode });
         }
         match end {
-            CommissioningEnd::NoEstimate => return Err(Unfit::NoEstimate),
+            CommissioningEnd::NoEstimate => {
+                let (lost, mode) = self.lost;
+                return Err(if lost >= LOST_MAX {
+                    Unfit::LostWhenDriven { mode }
+                } else {
+                    Unfit::NoEstimate
+                });
+            }
             CommissioningEnd::NeverRests => return Err(Unfit::NeverRests),
             CommissioningEnd::TimeOver if self.evidence.rows_measured() == 0 => {
                 return Err(Unfit::NotMeasured);

@@ -270,6 +270,60 @@ fn law_a_drive_that_loses_the_estimate_shows_nothing() {
     assert_eq!(experimenter.phase(), ExperimentPhase::Ended(CommissioningEnd::NoEstimate));
 }
 
+/// Of a cruise that loses the estimate the windows before it are kept, but for the last: they have no coast.
+#[test]
+fn law_a_cruise_that_loses_the_estimate_keeps_the_windows_before() {
+    let (mut experimenter, mut now, estimate) = ready();
+    // Spin-up of 150 ms, the wait for a frame, and four windows of 50 ms and a part of one; or one and a part.
+    for (driven_nanos, windows) in [(370_000_000, Some(3)), (240_000_000, None)] {
+        assert!(experimenter.order(Experiment::Cruise { mode: DriveMode::B, amplitude: 1.0 }));
+        experimenter.decide(now, Some(&estimate), Health::Good);
+        let begun = now;
+        while now.nanos_since(begun) < driven_nanos {
+            now = now.plus_nanos(crate::TICK_NANOS);
+            experimenter.decide(now, Some(&estimate), Health::Good);
+        }
+        assert_eq!(experimenter.phase(), ExperimentPhase::Cruising);
+        assert_eq!(experimenter.decide(now, None, Health::Waiting), DriveCommand::OFF);
+        while experimenter.phase() != ExperimentPhase::Ready {
+            now = now.plus_nanos(crate::TICK_NANOS);
+            experimenter.decide(now, Some(&estimate), Health::Good);
+        }
+        let kept = match experimenter.response().unwrap() {
+            Response::Cruise { windows, .. } => Some(windows.len()),
+            _ => None,
+        };
+        assert_eq!(kept, windows, "{driven_nanos}");
+    }
+}
+
+/// A cruise that was cut counts with its windows, and has no coast. After eight drives in a row of which nothing is
+/// known, and not after seven, the loss is the reason.
+#[test]
+fn exact_what_is_lost_is_counted() {
+    let instruments = Instruments { vibrometer: None, ..Instruments::default() };
+    let map = ResponseMap::table_1();
+    let mut commissioning = Commissioning::new(&instruments);
+    let Some(Experiment::Cruise { mode, .. }) = commissioning.next(map) else { panic!("a cruise is first") };
+    let window = TurnWindow { turned_rad: 0.75, turned_rad2: 1e-8, time_s: 0.05 };
+    let windows = Vec::from_slice(&[window; 3]).unwrap();
+    let cut = Response::Cruise { windows, rate_rad_s: 0.0, coast_rad: 0.0, to_rest_s: 0.0 };
+    commissioning.take(map, &cut);
+    let found = commissioning.evidence().cruise(7);
+    assert_eq!((found.runs, found.lost, found.windows.count()), (1, 1, 3));
+    assert_eq!((found.coasts.count(), found.to_rest_s.count()), (0, 0));
+    for lost in 1..=8 {
+        commissioning.next(map);
+        commissioning.take(map, &Response::Lost);
+        let unfit = commissioning.result(map, CommissioningEnd::NoEstimate, 1.0).map.unwrap_err();
+        assert_eq!(unfit, if lost < 8 { Unfit::NoEstimate } else { Unfit::LostWhenDriven { mode } });
+    }
+    commissioning.next(map);
+    commissioning.take(map, &cut);
+    let unfit = commissioning.result(map, CommissioningEnd::NoEstimate, 1.0).map.unwrap_err();
+    assert_eq!(unfit, Unfit::NoEstimate, "a drive that showed something begins the count anew");
+}
+
 /// A drive that is seen in between counts anew: at some drives a rotor that tilts is lost now and then.
 #[test]
 fn law_drives_that_lose_the_estimate_count_in_a_row() {

@@ -44,10 +44,12 @@ fn name(motor: &CommissionedMotor) -> String {
 pub(crate) fn finding_word(kind: FindingKind) -> &'static str {
     match kind {
         FindingKind::Dead => "dead",
+        FindingKind::Slow { .. } => "slow",
         FindingKind::OtherWay => "other_way",
         FindingKind::FastestBelowFull { .. } => "fastest_below_full",
         FindingKind::TurnsBack { .. } => "turns_back",
         FindingKind::Sticks { .. } => "sticks",
+        FindingKind::Lost { .. } => "lost",
     }
 }
 
@@ -56,6 +58,9 @@ fn sentence(finding: &Finding) -> String {
     let mode = finding.mode;
     match finding.kind {
         FindingKind::Dead => format!("Mode {mode:?} is dead."),
+        FindingKind::Slow { part } => {
+            format!("Mode {mode:?} turns the rotor at {:.1} % of the map's rate.", 100.0 * part)
+        }
         FindingKind::OtherWay => format!("Mode {mode:?} turns the rotor the other way."),
         FindingKind::FastestBelowFull { amplitude } => {
             format!("Mode {mode:?} is fastest at amplitude {amplitude:.2}, not at full drive.")
@@ -71,6 +76,9 @@ fn sentence(finding: &Finding) -> String {
                 "Mode {mode:?} at amplitude {amplitude:.2} sticks in {:.0} % of its windows.",
                 100.0 * part
             )
+        }
+        FindingKind::Lost { part } => {
+            format!("The estimate is lost in {:.0} % of the cruises of mode {mode:?}.", 100.0 * part)
         }
     }
 }

@@ -44,6 +44,13 @@ pub(super) fn check(
     tolerance_deg: f64,
 ) -> Result<(), SceneError> {
     let refused = |conflict, hint| Err(SceneError::Conflict { conflict, hint });
+    let has_drives = |mode| map.has_drives(mode, limits.amplitude_max);
+    if !has_drives(DriveMode::C) {
+        let conflict =
+            "by its map mode C does not turn this motor: without its fine steps no target is approached"
+                .to_owned();
+        return refused(conflict, "check the drive at mode C's frequency, then `commission`".to_owned());
+    }
     let Some((shortest_rad, _)) = map.range_rad(Family::Step, limits.amplitude_max) else {
         let conflict = "no family of mode C makes fine steps with this motor".to_owned();
         let hint = "a map of more motors, `response-map --motors 40`; it prints what each drive does";
@@ -56,6 +63,14 @@ pub(super) fn check(
             "no family turns this motor by less than {shortest} deg, position.tolerance_deg = {tolerance}"
         );
         return refused(conflict, format!("position.tolerance_deg={}", figure(0.5 * shortest_deg)));
+    }
+    let round_deg = to_deg - to_deg.signum() * 360.0 * ((to_deg.abs() / 360.0).floor() + 1.0);
+    if to_deg > tolerance_deg && !has_drives(DriveMode::B) {
+        let conflict = format!(
+            "by its map mode B does not turn this motor for certain, and position.to_deg = {} lies clockwise",
+            plain(to_deg)
+        );
+        return refused(conflict, format!("the other way round: --to {}", plain(round_deg)));
     }
     let mode = if to_deg > 0.0 { DriveMode::B } else { DriveMode::C };
     #[expect(clippy::cast_possible_truncation, reason = "the controller computes in f32")]
@@ -86,7 +101,6 @@ pub(super) fn check(
         plain(to_deg),
         limits.deadline_nanos / 1_000_000_000
     );
-    let round_deg = to_deg - to_deg.signum() * 360.0 * ((to_deg.abs() / 360.0).floor() + 1.0);
     let hint = format!(
         "at most {} deg {way}, or the other way round: --to {}",
         figure(most_deg.abs()),
@@ -158,6 +172,37 @@ mod tests {
         );
         assert_eq!(refused(&coarse, 90.0, 2e-3), None);
         assert!(refused(&map(table_1.cruises(), &[]), 90.0, 1.0).is_some());
+    }
+
+    /// A map without one mode: of a motor whose mode is dead.
+    fn without(mode: DriveMode) -> ResponseMap {
+        let table_1 = ResponseMap::table_1();
+        let cruises: Vec<Cruise> =
+            table_1.cruises().iter().filter(|cruise| cruise.mode != mode).copied().collect();
+        let bursts =
+            Family::ALL.map(|family| if family.mode() == mode { &[] } else { table_1.bursts(family) });
+        ResponseMap::try_new(*table_1.design(), &cruises, bursts, 0.0).unwrap()
+    }
+
+    #[test]
+    fn exact_a_mode_without_drives_is_refused_with_what_can_be_done() {
+        let without_b = without(DriveMode::B);
+        for (to_deg, round) in [(90.0, "-270"), (0.01, "-359.99"), (1.5e-3, "-359.9985"), (450.0, "-270")] {
+            let refusal = refused(&without_b, to_deg, 1e-3).unwrap();
+            let words =
+                format!("position.to_deg = {to_deg} lies clockwise; hint: the other way round: --to {round}");
+            assert!(
+                refusal.starts_with("error: by its map mode B does not") && refusal.ends_with(&words),
+                "{refusal}"
+            );
+        }
+        for to_deg in [-90.0, 0.0, 1e-3] {
+            assert_eq!(refused(&without_b, to_deg, 1e-3), None);
+        }
+        for to_deg in [90.0, -90.0] {
+            let refusal = refused(&without(DriveMode::C), to_deg, 1e-3).unwrap();
+            assert!(refusal.contains("mode C does not turn this motor"), "{refusal}");
+        }
     }
 
     /// Without cruises a way of throws or strides is limited by the deadline of 60 s, and the way that is named instead
