@@ -81,13 +81,14 @@ impl CommissionArgs {
         }
         let port = self.port.as_ref().map(|port| PortArgs::new(port, self.baud));
         let motor = port.as_ref().map_or_else(|| simulated(&scene), |port| self.at_board(port, &scene))?;
-        let map = motor.commissioned.map.map_err(CommandError::Unfit)?;
         let findings = Findings {
-            files: vec![(MAP_FILE.to_owned(), map_text(&map))],
+            files: motor.commissioned.map.iter().map(|map| (MAP_FILE.to_owned(), map_text(map))).collect(),
             json: commissioning::json(&motor),
             report: commissioning::report(&motor),
         };
+        // What was measured of a motor that is not fit for use shows why.
         publication.publish(findings, &request)?;
+        let map = motor.commissioned.map.map_err(CommandError::Unfit)?;
         // The map is written first: a board that does not keep it costs no measurement.
         if let Some(port) = port.filter(|_| self.keep) {
             port.keep(&scene.with_response_map(map))?;

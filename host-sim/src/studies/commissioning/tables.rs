@@ -1,5 +1,7 @@
 //! A commissioned motor in tables and as JSON.
 
+use std::fmt::Write as _;
+
 use controller::response_map::Family;
 use motor_model::DriveMode;
 use serde::Serialize;
@@ -36,6 +38,8 @@ struct Commissioning {
     end: &'static str,
     /// Motor time.
     time_s: f32,
+    /// Why the motor is not fit for use; `null` if it is.
+    unfit: Option<String>,
     resonances: Vec<ResonanceRow>,
     findings: Vec<FindingRow>,
     factors: Vec<FactorRow>,
@@ -101,6 +105,7 @@ pub(crate) fn json(motor: &CommissionedMotor) -> String {
         seed: motor.seed,
         end: end_word(found.end),
         time_s: found.time_s,
+        unfit: found.map.as_ref().err().map(ToString::to_string),
         resonances: rows::resonances(motor),
         findings: findings(motor),
         factors: factors(motor),
@@ -219,6 +224,17 @@ pub(crate) fn verdict(motor: &CommissionedMotor) -> String {
     } else {
         text.push(' ');
         text.push_str(&sentences.join(" "));
+    }
+    for mode in [DriveMode::B, DriveMode::C] {
+        if found.factors.coasts(mode).common().mean < 0.0 {
+            let _ = write!(
+                text,
+                " After drives of mode {mode:?} the rotor comes to rest behind where they ended: its map has no coast."
+            );
+        }
+    }
+    if let Err(unfit) = &found.map {
+        let _ = write!(text, " The motor is not fit for use, and has no map: {unfit}.");
     }
     text
 }
