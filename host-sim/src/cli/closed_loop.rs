@@ -29,6 +29,7 @@ use crate::studies::positioning_trials::{
 use crate::studies::response_map;
 use crate::studies::shard::SceneDigest;
 use analysis::response_map::ResponseMapCampaign;
+use simulation::runs::rate::PromisedRange;
 use simulation::runs::record::Observer as _;
 use simulation::runs::{RunError, position};
 use simulation::scene::{SceneError, response_map_text};
@@ -81,17 +82,17 @@ impl PositionArgs {
         if self.plan {
             return Ok(files::print(&self.drawing.format().of(plan.to_string(), files::json_line(&plan)))?);
         }
-        if let Some(warning) = plan.warning() {
-            progress::note(&warning);
-        }
-        if let Some(note) = position::note(&scene)? {
-            progress::note(&note);
-        }
+        let note = position::note(&scene)?;
         let request = Request::of_scene("position", &scene).with_key_flags(&["--to", "--tolerance"]);
         let drawing = self.drawing.open("position.svg")?;
         let report = self.report.open()?;
         let mut log = self.log.open("position", &scene)?;
         let learning = self.learning.open()?;
+        // Once nothing refuses the move any more.
+        progress::note(&plan.note());
+        if let Some(note) = note {
+            progress::note(&note);
+        }
         let mut learnt = None;
         let mut trace = PictureTrace::default();
         let mut beside = report.as_ref().map(|_| ReportTrace::default());
@@ -165,6 +166,7 @@ impl RateArgs {
         let report_file = self.report.open()?;
         let mut points = Vec::new();
         let mut log = self.log.open("rate", &scene)?;
+        progress::note(&promised_range(&PromisedRange::of(&scene)?));
         let ended = held_rates::hold(
             &scene,
             |point| points.push(point),
@@ -181,6 +183,11 @@ impl RateArgs {
         let json = result_json::of(&request, &[], &report.json());
         Ok(drawing.publish(&svg, &format!("{report}{logged}"), json)?)
     }
+}
+
+/// What is said before a rate is held.
+pub(super) fn promised_range(promised: &PromisedRange) -> String {
+    format!("note: by its map this motor reaches {promised}")
 }
 
 /// Bounds of the sample of positioning trials.

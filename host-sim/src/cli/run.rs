@@ -11,6 +11,7 @@ use clap::{Args, ValueHint};
 use indicatif::ProgressBar;
 use link::{KeptDescription, VERSION};
 
+use super::closed_loop::promised_range;
 use super::learning::{LearnArgs, NOT_REACHED};
 use super::port_args::{PortArgs, identified};
 use super::readers::{RUN_MOVE, RUN_RATE};
@@ -23,6 +24,7 @@ use crate::board::serial::{
 use crate::cli::CommandError;
 use crate::log::{Ending, LogError, LogOptions, LogRecorder};
 use crate::report::files;
+use simulation::runs::rate::PromisedRange;
 use simulation::runs::record::{Observer as _, RunRecord};
 use simulation::scene::Scene;
 
@@ -101,6 +103,9 @@ impl RunArgs {
         let learning = self.learning.open()?;
         let interrupted = self.port.watch()?;
         let mut view = LiveView::new(self.log(&scene)?);
+        if task == BoardTask::Rate {
+            progress::note(&promised_range(&PromisedRange::of(&scene)?));
+        }
         let source = FrameSource::named(&self.camera);
         let run = SerialRun {
             port: &self.port.port,

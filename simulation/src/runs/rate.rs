@@ -7,7 +7,8 @@
 //! ```
 //!
 //! For a staircase both ways, turns count in the direction asked for, without the rests. Beside it stands the range of
-//! this motor: its fastest mean rates in open loop, in either mode ([`RateRange`]).
+//! this motor: its fastest mean rates in open loop, in either mode ([`RateRange`]), and the range that the loop's map
+//! promises before the run ([`PromisedRange`]).
 //!
 //! The mean is over the rest of the run. Its error is the angle's error over that time, so a longer run measures it
 //! better.
@@ -15,6 +16,7 @@
 mod outcome;
 mod point;
 mod profile;
+mod promised;
 mod range;
 
 use std::convert::Infallible;
@@ -35,6 +37,7 @@ use crate::world::instruments::assumed;
 pub use outcome::{RateOutcome, reason};
 pub use point::RatePoint;
 pub use profile::profile;
+pub use promised::{PromisedRange, PromisedRate};
 pub use range::RateRange;
 
 /// Left out at the start, and after each step of a staircase.
@@ -84,6 +87,7 @@ pub fn run_with<B>(
     mut observe: impl FnMut(RatePoint),
     mut intervene: impl FnMut(&mut ClosedRateLoop, &RateMoment) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, RateOutcome>, RunError> {
+    let promised = PromisedRange::of(scene)?;
     let hold = RateHold::new(profile(scene)?, RateTuning::new(&assumed(scene)), Time::ZERO);
     let duration_s = scene.number("rate.duration_s");
     let profile_name = scene.choice("rate.profile");
@@ -151,11 +155,11 @@ pub fn run_with<B>(
     if let ControlFlow::Break(value) = ended {
         return Ok(ControlFlow::Break(value));
     }
-    Ok(ControlFlow::Continue(sums.outcome(scene, RateRange::of(scene)?)))
+    Ok(ControlFlow::Continue(sums.outcome(scene, promised, RateRange::of(scene)?)))
 }
 
 impl RateSums {
-    fn outcome(&self, scene: &Scene, range: RateRange) -> RateOutcome {
+    fn outcome(&self, scene: &Scene, promised: PromisedRange, range: RateRange) -> RateOutcome {
         let measured_s = self.ticks * TICK_S;
         let following_rms_deg = self.following_deg.root_of_some();
         RateOutcome {
@@ -180,6 +184,7 @@ impl RateSums {
             stopped_s: self.stopped.map(|(_, time_s)| time_s),
             filter: filter::chosen(scene),
             saturated: self.saturated / self.ticks.max(1.0),
+            promised,
             range,
             seed: scene.seed(),
         }
@@ -194,7 +199,8 @@ mod tests {
 
     fn held(sets: &[&str], sums: &RateSums) -> RateOutcome {
         let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
-        sums.outcome(&Scene::of_sets(&sets).unwrap(), REACH)
+        let scene = Scene::of_sets(&sets).unwrap();
+        sums.outcome(&scene, PromisedRange::of(&scene).unwrap(), REACH)
     }
 
     /// A rotor that turns by 75 degrees for 100 asked for is too slow by a quarter, either way.

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::description::DescriptionFigures;
 use simulation::runs::commission::CommissionedMotor;
+use simulation::runs::rate::PromisedRange;
 
 /// The board's clock beside the host's.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -154,6 +155,8 @@ pub struct RateFigures {
     pub reason: Option<&'static str>,
     /// When that was, in s since arming.
     pub stopped_s: Option<f64>,
+    /// The range that the map promised before the run.
+    pub promised_reach: PromisedRange,
     /// Whether the rate was held to its end.
     pub ok: bool,
 }
@@ -292,6 +295,7 @@ impl fmt::Display for RateFigures {
             let losses = self.reference_losses;
             writeln!(f, "reference          begun anew {losses} times, since the estimate was lost")?;
         }
+        writeln!(f, "by its map         {}", self.promised_reach)?;
         let verdict = match (self.reason, self.stopped_s) {
             (Some(why), Some(at_s)) => format!("drive off for good after {at_s:.3} s: {why}"),
             _ => "held to its end".to_owned(),

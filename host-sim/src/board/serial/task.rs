@@ -20,9 +20,9 @@ use super::report_record::Reported;
 use super::watched_move::WatchedMove;
 use crate::board::BoardError;
 use crate::board::pil::{commission_preparation, preparation, rate_preparation};
-use simulation::runs::rate::{SETTLE_S, reason};
+use simulation::runs::rate::{PromisedRange, SETTLE_S, reason};
 use simulation::runs::record::Truth;
-use simulation::scene::Scene;
+use simulation::scene::{Scene, SceneError};
 
 /// What is asked of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,11 +64,7 @@ impl BoardTask {
     pub(super) fn watched(self, scene: &Scene) -> Result<WatchedTask, BoardError> {
         Ok(match self {
             Self::Move => WatchedTask::Move(WatchedMove::new(scene)),
-            Self::Rate => WatchedTask::Rate(WatchedRate {
-                rate_deg_s: scene.number("rate.deg_s"),
-                asked_s: scene.number("rate.duration_s"),
-                ..WatchedRate::default()
-            }),
+            Self::Rate => WatchedTask::Rate(WatchedRate::new(scene)?),
             Self::Commission => WatchedTask::Commission(Box::new(WatchedCommissioning::new(scene)?)),
         })
     }
@@ -157,8 +153,9 @@ struct Followed {
 }
 
 /// What has been seen of a rate.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct WatchedRate {
+    promised: PromisedRange,
     rate_deg_s: f64,
     asked_s: f64,
     first: Option<Followed>,
@@ -171,6 +168,21 @@ pub(super) struct WatchedRate {
 }
 
 impl WatchedRate {
+    /// Nothing yet of the rate of `scene`.
+    fn new(scene: &Scene) -> Result<Self, SceneError> {
+        Ok(Self {
+            promised: PromisedRange::of(scene)?,
+            rate_deg_s: scene.number("rate.deg_s"),
+            asked_s: scene.number("rate.duration_s"),
+            first: None,
+            last: None,
+            is_following: false,
+            losses: 0,
+            over_s: None,
+            stopped: None,
+        })
+    }
+
     fn take(&mut self, at: Time, reported: &Reported, truth: Option<Truth>) -> bool {
         let at_s = at.seconds_since(Time::ZERO);
         let follows = reported.phase == PhaseRecord::Rate(RatePhase::Following);
@@ -218,6 +230,7 @@ impl WatchedRate {
             stopped: self.stopped.map(|(why, _)| format!("{why:?}")),
             reason: self.stopped.map(|(why, _)| reason(why)),
             stopped_s: self.stopped.map(|(_, at_s)| at_s),
+            promised_reach: self.promised,
             // Not by the board's word alone: it reports once in a millisecond, so an end in time is not told too early.
             ok: self.stopped.is_none() && self.over_s.is_some_and(|over_s| over_s >= asked_s),
         }

@@ -52,6 +52,8 @@ pub struct MoveOutcome {
     pub reason: Option<String>,
     /// Time that was expected before the move; `null` if the tolerance cannot be met before the deadline.
     pub expected_s: Option<f64>,
+    /// Standard deviation of that; `null` as well.
+    pub expected_sd_s: Option<f64>,
     /// What to change; `null` if it did not give up.
     pub hint: Option<String>,
     /// Time that the controller waited with the drive off, by what it waited for.

@@ -12,7 +12,7 @@ use crate::runs::closed_loop;
 use crate::scene::{Scene, SceneError};
 use crate::world::instruments::{self, assumed};
 
-/// Time in s from which a move says before it starts that it takes long.
+/// Time in s from which a move says before it starts what it takes long for.
 const LONG_S: f64 = 5.0;
 
 /// What a move will take.
@@ -106,16 +106,16 @@ pub fn plan_of(scene: &Scene, forecast: Result<MoveForecast, Unreachable>) -> Re
 }
 
 impl MovePlan {
-    /// What is to be said before a move that takes long.
-    pub fn warning(&self) -> Option<String> {
+    /// What is to be said before a move: its time, and of one that takes long what for.
+    pub fn note(&self) -> String {
         let Self { expected_s, expected_sd_s, measuring_s, frames, deadline_s, .. } = self;
         let late = if expected_s > deadline_s { ", longer than its deadline" } else { "" };
-        (*expected_s > LONG_S).then(|| {
-            format!(
-                "note: this move takes about {expected_s:.1} s +- {expected_sd_s:.1} s{late}: {measuring_s:.1} s for \
-                 {frames:.0} frames at rest"
-            )
-        })
+        let what_for = if *expected_s > LONG_S {
+            format!(": {measuring_s:.1} s for {frames:.0} frames at rest")
+        } else {
+            String::new()
+        };
+        format!("note: this move takes about {expected_s:.2} s +- {expected_sd_s:.2} s{late}{what_for}")
     }
 }
 

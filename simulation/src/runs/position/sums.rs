@@ -1,7 +1,7 @@
 //! The sums of a move over its ticks. They give the outcome of the controller's moves, of the microcontroller's and of
 //! the baselines' of a study.
 
-use controller::{PositionLoop, PositioningPhase, Target, TickReport};
+use controller::{MoveForecast, PositionLoop, PositioningPhase, Target, TickReport};
 use estimator::{Estimate, Health};
 use motor_model::{Angle, DriveCommand, Time};
 
@@ -130,11 +130,10 @@ impl MoveSums {
         self.holding_since.map_or(0, |since| now.nanos_since(since))
     }
 
-    /// The time that was expected before the move, for the way from where it began.
-    fn expected_s(&self, scene: &Scene) -> Option<f64> {
+    /// What was expected before the move, for the way from where it began.
+    fn forecast(&self, scene: &Scene) -> Option<MoveForecast> {
         let way_deg = scene.number("position.to_deg") - self.begun_from.degrees();
-        let forecast = plan::forecast_of_way(scene, way_deg).ok()?.ok()?;
-        Some(forecast.time_s.into())
+        plan::forecast_of_way(scene, way_deg).ok()?.ok()
     }
 
     /// The outcome after the `last` tick.
@@ -143,6 +142,7 @@ impl MoveSums {
         let tolerance_deg = scene.number("position.tolerance_deg");
         #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
         let drive_on_s = (self.driven_ticks * PositionLoop::TICK_NANOS) as f64 * 1e-9;
+        let forecast = self.forecast(scene);
         MoveOutcome {
             target_deg: scene.number("position.to_deg"),
             tolerance_deg,
@@ -160,7 +160,8 @@ impl MoveSums {
             filter: filter::chosen(scene),
             stopped: None,
             reason: None,
-            expected_s: self.expected_s(scene),
+            expected_s: forecast.map(|forecast| forecast.time_s.into()),
+            expected_sd_s: forecast.map(|forecast| forecast.time_sd_s.into()),
             hint: None,
             waited_s: self.waits.waited_s(),
             health: self.waits.health_shares(),

@@ -5,7 +5,7 @@ use std::fmt;
 use controller::rate::RateStop;
 use serde::Serialize;
 
-use super::RateRange;
+use super::{PromisedRange, RateRange};
 use crate::runs::rotor_tilt::TiltFigures;
 use crate::runs::stated_errors::{StatedErrors, hundredths_or_dash};
 
@@ -66,7 +66,10 @@ pub struct RateOutcome {
     pub filter: &'static str,
     /// Share of the time at full drive: near 1 the motor cannot do more.
     pub saturated: f64,
-    /// The range of this motor.
+    /// The range that the map promised before the run.
+    #[serde(rename = "promised_reach")]
+    pub promised: PromisedRange,
+    /// The true range of this motor.
     #[serde(rename = "reach")]
     pub range: RateRange,
     /// Seed of the run.
@@ -113,6 +116,7 @@ impl RateOutcome {
         lines.push(("estimator error", format!("{} mdeg rms", hundredths_or_dash(self.estimate_rms_mdeg))));
         lines.extend(self.tilt.as_ref().map(|tilt| ("rotor", tilt.to_string())));
         lines.push(("at full drive", format!("{:.1} % of the time", 100.0 * self.saturated)));
+        lines.push(("by its map", self.promised.to_string()));
         let RateRange { clockwise_deg_s, counter_clockwise_deg_s } = self.range;
         let beyond = if self.is_within_range() { "" } else { ": the rate asked for is beyond it" };
         let range = format!("{counter_clockwise_deg_s:+.0} to {clockwise_deg_s:+.0} deg/s{beyond}");
