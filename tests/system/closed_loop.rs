@@ -8,3 +8,4 @@ mod tool_calibrate;
 mod tool_commission;
 mod tool_position;
 mod tool_positioning_trials;
+mod tool_unforeseen_motors;

@@ -76,7 +76,8 @@ fn check_learning(folder: &Path, map: &ResponseMap) {
     refuses(folder, &gallery, &["--learn", "set_f_plant is no file", "commission --out"]);
 }
 
-/// A motor that cannot be positioned is refused in one line, and no map is written.
+/// A motor that cannot be positioned is refused in one line, and no map is written. What was measured of it is: the
+/// picture, the tables with the reason, and the report.
 #[test]
 fn tool_commission_refuses_a_motor_that_is_not_fit() {
     let folder = folder();
@@ -85,13 +86,25 @@ fn tool_commission_refuses_a_motor_that_is_not_fit() {
         ("drive:swapped", "mode B turns the rotor counter-clockwise"),
         ("rotor:stuck", "neither mode turns the rotor"),
     ] {
-        let words = ["the motor is not fit for use", reason];
-        refuses(folder.path(), &["commission", "--fault", fault, "--out", "mine"], &words);
+        let arguments = ["commission", "--fault", fault, "--out", "mine", "--report", "report.html"];
+        let output = run(folder.path(), &[&arguments[..], &["--format", "json"]].concat());
+        assert_eq!(output.status.code(), Some(2), "{fault}");
+        let complaint = String::from_utf8(output.stderr).expect("text");
+        let is_one_line = complaint.trim_end().lines().count() == 1;
+        assert!(
+            is_one_line && complaint.contains("not fit for use") && complaint.contains(reason),
+            "{complaint}"
+        );
+        let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        assert!(found["unfit"].as_str().expect("a reason").contains(reason), "{found}");
+        assert!(found["cruises"].as_array().expect("rows").len() > 8, "{found}");
         assert!(!folder.path().join("mine/map.toml").exists(), "{fault}");
+        assert!(written(folder.path(), "mine/commissioning.svg").starts_with("<svg"), "{fault}");
+        assert!(written(folder.path(), "report.html").contains(reason), "{fault}");
     }
 }
 
-/// A motor without mode B is told so, and its map serves moves counter-clockwise.
+/// A motor without mode B is told so. By its map moves clockwise are refused with the way round, which arrives.
 #[test]
 fn tool_commission_tells_a_dead_mode() {
     let folder = folder();
@@ -102,6 +115,11 @@ fn tool_commission_tells_a_dead_mode() {
     let modes: Vec<String> =
         map.expect("a map").cruises().iter().map(|cruise| format!("{:?}", cruise.mode)).collect();
     assert!(!modes.is_empty() && modes.iter().all(|mode| mode == "C"), "{modes:?}");
+    let moved = ["position", "--fault", "drive:dead:b", "--map", "mine/map.toml", "--to"];
+    let words = ["mode B does not turn this motor", "--to -323"];
+    refuses(folder.path(), &[&moved[..], &["37"]].concat(), &words);
+    let round = [&moved[..], &["-323", "--format", "json"]].concat();
+    assert_eq!(json(folder.path(), &round)["ok"], true);
 }
 
 /// Trials give the same bytes on one thread and on two. Motors that are refused are counted with the reason. Two moves

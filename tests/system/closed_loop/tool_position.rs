@@ -1,6 +1,6 @@
 //! `host-sim position`: one move of one motor, and what it refuses.
 
-use crate::support::built_command::{folder, json, number, refuses};
+use crate::support::built_command::{folder, json, number, refuses, run};
 use crate::support::closeness::assert_between;
 
 /// The closed loop reaches a target either way; the second run gives the same bytes.
@@ -88,4 +88,42 @@ fn tool_position_says_which_tolerance_the_camera_can_show() {
     let promised = json(folder.path(), &[&fine[..], &["0.00013", "--format", "json"]].concat());
     assert_between(number(&promised, "expected_s"), 5.0, 30.0, "time to an eighth of a milli-degree");
     refuses(folder.path(), &[&fine[..], &["0.00009"]].concat(), &["position.tolerance_deg", "9e-5", "1e-4"]);
+}
+
+/// Each move says before it begins what time it takes, with the spread, and tells both beside what became of it.
+#[test]
+fn tool_position_says_its_time_beforehand() {
+    let folder = folder();
+    let arguments = ["position", "--to", "-0.5", "--format", "json"];
+    let promised = json(folder.path(), &[&arguments[..], &["--plan"]].concat());
+    let output = run(folder.path(), &arguments);
+    let [expected_s, sd_s] = ["expected_s", "expected_sd_s"].map(|key| number(&promised, key));
+    let notes = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(notes.trim_end(), format!("note: this move takes about {expected_s:.2} s +- {sd_s:.2} s"));
+    let moved: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    // Of the way from where the rotor lay, which may differ in the last digits.
+    for (key, value) in [("expected_s", expected_s), ("expected_sd_s", sd_s)] {
+        assert_between(number(&moved, key), 0.99 * value, 1.01 * value, key);
+    }
+}
+
+/// Each rate says before it begins what the map promises, with the spread, and tells it beside what the motor does.
+#[test]
+fn tool_rate_says_its_range_beforehand() {
+    let folder = folder();
+    for (rate, beyond) in [
+        ("50", ""),
+        ("780", ": not each motor of it may do what is asked for"),
+        ("-100", ": what is asked for is beyond it"),
+    ] {
+        let output = run(folder.path(), &["rate", "--deg-s", rate, "--duration", "0.5", "--format", "json"]);
+        let notes = String::from_utf8(output.stderr).expect("text");
+        let words = format!("note: by its map this motor reaches -88 +- 19 to +867 +- 68 deg/s{beyond}");
+        assert_eq!(notes.trim_end(), words);
+        let held: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let promised = &held["promised_reach"];
+        assert_between(number(&promised["clockwise"], "mean_deg_s"), 867.0, 868.0, "clockwise");
+        assert_between(number(&promised["counter_clockwise"], "sd_deg_s"), 18.0, 20.0, "its spread");
+        assert_eq!(promised["holds"], rate != "-100", "{promised}");
+    }
 }
