@@ -20,11 +20,11 @@
 //! # Doubt
 //!
 //! Where most frames are wrong, the gate grows until some of them pass, and restarts happen at others: the track may
-//! then come out of it by whole turns off, with frames that agree. So where the third frame that is refused in a row, or
-//! a later one, is off by half a radian, the track before is trusted beside the one that goes on, until the frames fit
-//! again. Then the turn is the one nearest to where the trusted track leads. If that is uncertain by half a radian, half
-//! a turn is within six standard deviations, and the turn is not known. Four frames that fit one kick of the trusted
-//! track end the doubt at once.
+//! then come out of it by whole turns off, with frames that agree. So where the third frame that is refused in a row,
+//! or a later one, is off by half a radian, the track before is trusted beside the one that goes on, until the frames
+//! fit again. Then the turn is the one nearest to where the trusted track leads. If that is uncertain by half a
+//! radian, half a turn is within six standard deviations, and the turn is not known. Four frames that fit one kick of
+//! the trusted track end the doubt at once.
 //!
 //! Limits: a jump within the gate of a frame, six standard deviations, or within what kicks turn between two frames is
 //! taken for a motion. Kicks turn the rotor by some hundredths of a degree between two of 10,000 frames a second, and

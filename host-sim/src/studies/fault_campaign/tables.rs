@@ -17,8 +17,8 @@ const LISTED_MAX: usize = 5;
 
 pub(super) const ABOUT: &str = "Reached: held as on target, within three tolerances of it. Gave up: ended with a \
     reason. Timed out: ended by the deadline. Wrong: held as on target, and further off. Unaware: runs with an \
-    estimate of good health whose angle was off by more than 100 milli-degrees for more than 10 ms in all, \
-    the longest such time of a run, and the largest such error. Ran away: the rotor was ever so far from the way between \
+    estimate of good health whose angle was off by more than 100 milli-degrees for more than 10 ms in all, the \
+    longest such time of a run, and the largest such error. Ran away: the rotor was ever so far from the way between \
     start and target. A run with two faults counts for both.";
 
 const TO_BE_REPEATED: &str = "The worst runs. What this campaign was given by --scene and --set belongs to each of the \
