@@ -78,8 +78,10 @@ fn tool_board_latches_off_when_the_host_falls_silent() {
     // No tick was late in all that time.
     let counters = board.counters();
     assert_eq!((counters.overruns, counters.damaged, counters.lost), (0, 0, 0), "{counters:?}");
-    // Interrupts nest on the same stack, of 35 KiB; building the twin's filter goes deepest here.
-    assert!((4096..32 * 1024).contains(&counters.stack_bytes_max), "{counters:?}");
+    // Interrupts nest on the same stack, of 35 KiB; building the twin's filter goes deepest here. The gauge looks at a
+    // word a tick, and knows nothing before it has looked at all of them, 0.1 s after the start.
+    let stack_bytes_max = (0..10_000).map(|_| board.counters().stack_bytes_max).find(|bytes| *bytes > 0);
+    assert!(stack_bytes_max.is_some_and(|bytes| (4096..32 * 1024).contains(&bytes)), "{stack_bytes_max:?}");
 }
 
 /// A target that comes while a move is under way is taken, and one where the rotor is needs to know where that is. The

@@ -127,3 +127,18 @@ fn tool_rate_says_its_range_beforehand() {
         assert_eq!(promised["holds"], rate != "-100", "{promised}");
     }
 }
+
+/// Four of ten frames of a rotor that rests on its target are wrong, for good. The target is lost every few
+/// milliseconds, and never held for a tenth of a second. So the move is over when it is lost after its deadline and
+/// that time, which is before another such time.
+#[test]
+fn tool_a_target_that_is_lost_again_and_again_ends_at_the_deadline() {
+    let folder = folder();
+    let settings = ["estimator.filter=constant_rate", "position.deadline_s=1", "position.hold_s=0.1"];
+    let mut arguments = vec!["position", "--seed", "100741", "--to", "-0.010308", "--format", "json"];
+    arguments.extend(settings.iter().flat_map(|setting| ["--set", setting]));
+    arguments.extend(["--fault", "camera:outliers:0.381@0.1855.."]);
+    let moved = json(folder.path(), &arguments);
+    assert_between(number(&moved, "duration_s"), 1.0, 1.2, "duration");
+    assert!(moved["stopped"].is_string(), "{moved}");
+}

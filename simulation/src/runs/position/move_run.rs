@@ -1,6 +1,6 @@
 //! A move that is run tick by tick.
 
-use controller::{PositioningPhase, PositioningTuning, TICK_NANOS, Target};
+use controller::{PositioningPhase, PositioningTuning, StopReason, TICK_NANOS, Target};
 use motor_model::{DriveCommand, Time};
 
 use super::{FrameCounts, MoveOutcome, MoveSums, MoveTick, reach};
@@ -76,8 +76,19 @@ impl MoveRun {
             PositioningPhase::Holding if self.sums.held_nanos(moment.at) >= self.hold_nanos => {
                 Some(outcome())
             }
+            // A target that is lost again and again before it has been held for long enough: the controller begins a
+            // move of its own each time.
+            _ if !tick.holding && self.sums.elapsed_nanos(moment.at) > self.longest_nanos() => {
+                Some(outcome().stopped(StopReason::TimedOut, &self.scene))
+            }
             _ => None,
         }
+    }
+
+    /// Time after which a move that does not hold its target is over, in ns: the deadline, and the time for which it
+    /// would have to be held.
+    fn longest_nanos(&self) -> u64 {
+        self.tuning.limits.deadline_nanos.saturating_add(self.hold_nanos)
     }
 
     /// Begins the move of `scene` from where the rotor is. Target and tolerance are those of `scene`, all else

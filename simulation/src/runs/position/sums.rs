@@ -125,6 +125,11 @@ impl MoveSums {
         self.overshoot_deg = self.overshoot_deg.max(beyond);
     }
 
+    /// Time since the move began, in ns.
+    pub fn elapsed_nanos(&self, now: Time) -> u64 {
+        now.nanos_since(self.begun_at)
+    }
+
     /// Time for which the target has been held, in ns.
     pub fn held_nanos(&self, now: Time) -> u64 {
         self.holding_since.map_or(0, |since| now.nanos_since(since))
