@@ -88,16 +88,14 @@ impl PositionArgs {
         let report = self.report.open()?;
         let mut log = self.log.open("position", &scene)?;
         let learning = self.learning.open()?;
-        // Once nothing refuses the move any more.
-        progress::note(&plan.note());
-        if let Some(note) = note {
-            progress::note(&note);
-        }
+        // Once nothing refuses the move any more: at its first tick.
+        let mut notes = Some([Some(plan.note()), note]);
         let mut learnt = None;
         let mut trace = PictureTrace::default();
         let mut beside = report.as_ref().map(|_| ReportTrace::default());
         let begun = Instant::now();
         let run = position::run_with(&scene, |closed_loop, moment| {
+            notes.take().into_iter().flatten().flatten().for_each(|note| progress::note(&note));
             trace.take(moment);
             if learning.is_some() {
                 learnt = Some(closed_loop.program().positioning().correction().into());
@@ -166,11 +164,15 @@ impl RateArgs {
         let report_file = self.report.open()?;
         let mut points = Vec::new();
         let mut log = self.log.open("rate", &scene)?;
-        progress::note(&promised_range(&PromisedRange::of(&scene)?));
+        // Once nothing refuses the rate any more: at its first tick.
+        let mut note = Some(promised_range(&PromisedRange::of(&scene)?));
         let ended = held_rates::hold(
             &scene,
             |point| points.push(point),
-            |run, moment| log.observe_made(|| run.record(moment)),
+            |run, moment| {
+                note.take().iter().for_each(|note| progress::note(note));
+                log.observe_made(|| run.record(moment))
+            },
         )?;
         let ControlFlow::Continue(held) = ended else { return Err(log.stopped().into()) };
         let logged = log.finish(&result_json::of(&request, &[], &files::json_line(&held.outcome)))?;

@@ -56,14 +56,14 @@ fn tool_a_page_that_has_changed_is_told() {
     output_on(1, folder.path(), &check);
     let path = folder.path().join("faults.md");
     let page = written(folder.path(), "faults.md");
-    let changed = page.replacen("| mark:stuck    | 2 ", "| mark:stuck    | 3 ", 1);
+    let changed = page.replacen("| mark:lost        | 1 ", "| mark:lost        | 2 ", 1);
     assert_ne!(changed, page);
     std::fs::write(&path, &changed).expect("a page");
     let refused = run(folder.path(), &check);
     let complaint = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(2), "{complaint}");
     let line =
-        1 + changed.lines().position(|line| line.starts_with("| mark:stuck    | 3 ")).expect("the row");
+        1 + changed.lines().position(|line| line.starts_with("| mark:lost        | 2 ")).expect("the row");
     let place = format!("faults.md:{line}:");
     assert!(complaint.contains(&place) && complaint.contains("hint"), "{complaint}");
     assert_eq!(written(folder.path(), "faults.md"), changed);
