@@ -12,7 +12,7 @@ pub fn start(folder: &Path, before: &str, arguments: &[&str]) -> Child {
     bash.current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("bash")
 }
 
-/// Exit code, and the one line on standard error.
+/// Exit code, and the one line on standard error, beside notes.
 #[track_caller]
 pub fn ended(child: Child) -> (Option<i32>, String) {
     let output = child.wait_with_output().expect("it ends");
