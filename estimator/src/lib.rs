@@ -79,7 +79,9 @@ pub use filters::impact_aided::ringing::RingingTuning;
 pub use filters::impact_aided::{IMPACTS_KEPT_MAX, ImpactAided, ImpactAidedTuning};
 pub use filters::twin::{CheckedMotor, TwinFilter, TwinTuning};
 #[cfg(feature = "tell")]
-pub use filters::twin::{ToldParts, TrueContact, TrueTooth};
+pub use filters::twin::{
+    LEARNT, LEARNT_NAMES, Learnt, LearntPhase, ToldParts, TrueContact, TrueTooth, true_parts,
+};
 pub use innovation::{ContactInnovation, ImpactInnovation, Innovation, Rejection, Source, Verdict};
 pub use instruments::{CameraDescription, FilterKind, Instruments, VibrometerDescription};
 pub use measurement::{CameraFrame, LdvSample};

@@ -148,7 +148,7 @@ use rotor::RotorCovariance;
 use stator::StatorFilter;
 use told::ToldPeriod;
 #[cfg(feature = "tell")]
-pub use told::{ToldParts, TrueContact, TrueTooth};
+pub use told::{LEARNT, LEARNT_NAMES, Learnt, LearntPhase, ToldParts, TrueContact, TrueTooth, true_parts};
 pub use tuning::TwinTuning;
 use walk_strength::WalkStrength;
 

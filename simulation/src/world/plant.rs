@@ -21,8 +21,8 @@ mod tooth_impact;
 
 use motor_model::params::Parameter;
 use motor_model::{
-    Angle, DriveCommand, DriveTuning, FrictionLaw, ImpactRule, MotorParams, TiltingParams, TiltingVariation,
-    Time,
+    AmplitudeVariation, Angle, DriveCommand, DriveTuning, FrictionLaw, ImpactRule, MotorParams,
+    TiltingParams, TiltingVariation, Time,
 };
 
 use crate::math::random_streams::{self, RandomSource};
@@ -218,6 +218,15 @@ impl Plant {
         match &self.motor {
             PlantMotor::HeightOnly(_) => None,
             PlantMotor::Tilting(motor) => Some(motor.params()),
+        }
+    }
+
+    /// Amplitudes of the true motor's pairs of teeth; `None` if its rotor tilts, and each tooth has its own.
+    #[must_use]
+    pub fn amplitude_variation(&self) -> Option<&AmplitudeVariation> {
+        match &self.motor {
+            PlantMotor::HeightOnly(motor) => Some(motor.variation()),
+            PlantMotor::Tilting(_) => None,
         }
     }
 

@@ -28,9 +28,9 @@ use ud_filter::{UdCovariance, reciprocal};
 use crate::camera::track_covariance::{Carried, SmoothedCovariance, TrackCovariance};
 
 /// Prior standard deviation of the friction: uniform from 0.2 to 0.6 about 0.4 is 0.115, per 0.4.
-const FRICTION_PRIOR: f64 = 0.29;
+pub(super) const FRICTION_PRIOR: f64 = 0.29;
 /// Prior standard deviation of the tooth factor: the tolerances of thickness, height and angle of the teeth.
-const TOOTH_FACTOR_PRIOR: f64 = 0.03;
+pub(super) const TOOTH_FACTOR_PRIOR: f64 = 0.03;
 /// Standard deviation of the tooth factor under one mode about that under the other: 0.009 over 30 motors drawn within
 /// the tolerances.
 const MODE_CHANGE: f64 = 0.01;

@@ -13,16 +13,20 @@
 //! detects; the others count as small, as do the pushes of teeth in sustained contact and the hub's. Noises that
 //! describe the model, such as those of gap and approach, stay.
 //!
-//! What is told is for studies. Without the feature `tell` nothing can be told: the code that takes it in is left out,
+//! The other way round, the filter says what it has learnt of the motor, and what is true of it: [`learnt`].
+//!
+//! Both are for studies. Without the feature `tell` nothing can be told: the code that takes it in is left out,
 //! and `untold.rs` takes the place of this module and answers what the filter asks, at no cost.
 
 mod kick;
+mod learnt;
 mod period;
 
 use motor_model::{Real, Time};
 
 use super::TwinFilter;
 pub(super) use kick::ToldKick;
+pub use learnt::{LEARNT, LEARNT_NAMES, Learnt, LearntPhase, true_parts};
 pub(super) use period::ToldPeriod;
 
 /// Variance that is left to a kick of which all is told, in rad^2/s^2: 1e-5 rad/s, ten times what `f32` rounds, so

@@ -83,6 +83,10 @@ impl HeightOnlyPlant {
         true
     }
 
+    pub(super) fn variation(&self) -> &AmplitudeVariation {
+        &self.variation
+    }
+
     #[inline]
     pub(super) fn state(&self) -> &MotorState<f64> {
         &self.state
