@@ -17,3 +17,4 @@ pub mod started;
 pub mod steady;
 pub mod tilting_reference;
 pub mod tooth;
+pub mod watched_twin;

@@ -14,19 +14,19 @@
 use analysis::filter_errors::comparison::SMOOTHED;
 use analysis::filter_errors::error_sums::ErrorSums;
 use analysis::filter_errors::timeline::TimelinePhase;
-use estimator::{AngleFilter as _, TrackTuning};
+use estimator::TrackTuning;
 use host_sim::studies::filter_errors::consistency::correlation_bound;
 use host_sim::studies::filter_errors::{ConsistencyOfRuns, FilterErrors, FilterErrorsPlan, FilterErrorsRow};
 use motor_model::{DriveCommand, DriveMode};
 use simulation::Scene;
 use simulation::math::statistics::binomial_bounds;
-use simulation::runs::filter::{AnyFilter, FILTERS};
+use simulation::runs::filter::FILTERS;
 use simulation::world::instruments::camera::Camera;
-use simulation::world::rig::Rig;
 
 use crate::support::consistency_rows::{
     Asked, FAMILY_WISE, Known, Row, assert_family_within, outside_if_variances_were,
 };
+use crate::support::watched_twin::{REVERSALS, STEADY, WatchedTwin, each};
 
 const MOTORS: u64 = 12;
 
@@ -233,42 +233,10 @@ fn dual_the_camera_assumed_is_the_one_there_is() {
     assert!((assumed / camera - 1.0).abs() < 1e-9, "{assumed} {camera}");
 }
 
-/// The twin in the last `ticks` of drives that follow each other, each for some ticks of 10 us, by a camera on so many
-/// marks.
-fn watched(marks: &str, motor: u64, drives: &[(DriveCommand, u64)], ticks: u64) -> ErrorSums {
-    let mut scene = Scene::default();
-    scene.set("camera.marks", marks).expect("a number of marks");
-    scene.set("seed", &motor.to_string()).expect("a seed");
-    let mut rig = Rig::new(&scene).expect("a rig");
-    let mut twin = AnyFilter::<f32>::named("twin", &scene).expect("the nominal motor");
-    let commands = drives.iter().flat_map(|&(command, ticks)| (0..ticks).map(move |_| command));
-    let from = drives.iter().map(|(_, ticks)| ticks).sum::<u64>() - ticks;
-    let mut sums = ErrorSums::default();
-    for (tick, command) in (0_u64..).zip(commands) {
-        twin.drive(rig.plant().now(), command);
-        rig.tick_in_steps(command, &mut |_, _| ());
-        while let Some(sample) = rig.ldv_sample() {
-            twin.update_ldv(&sample);
-        }
-        while let Some(frame) = rig.camera_frame() {
-            let innovation = twin.update_camera(&frame);
-            if tick >= from {
-                sums.innovation(&innovation);
-            }
-        }
-        if tick >= from && tick % 7 == 0 {
-            let (estimate, health) = twin.assess(rig.plant().now());
-            let rotor = rig.plant().rotor();
-            sums.estimate(estimate.as_ref(), health, rotor.angle, rotor.rate_rad_s);
-        }
-    }
-    sums
-}
-
-/// The errors of the twin over `time_s` in some motors, and its innovations.
-fn of_twin(name: &str, asked: Asked, time_s: f64, of_motors: &[ErrorSums]) -> [Row; 2] {
+/// The errors of the twin over the `time_s` of a part of some runs, and its innovations.
+fn of_twin(name: &str, asked: Asked, time_s: f64, part: usize, of_motors: &[WatchedTwin]) -> [Row; 2] {
     let row = |kind: &str, independent, of_run: fn(&ErrorSums) -> f64| {
-        let means = of_motors.iter().map(of_run).collect();
+        let means = of_motors.iter().map(|motor| of_run(&motor.parts[part])).collect();
         Row { name: format!("{kind}, {name}"), asked, means, independent }
     };
     [
@@ -281,26 +249,17 @@ fn of_twin(name: &str, asked: Asked, time_s: f64, of_motors: &[ErrorSums]) -> [R
 /// variance rounded up by 0.4 %, puts both figures below theirs in mode B.
 #[test]
 fn law_the_twin_knows_its_errors_in_steady_motion() {
-    let of_mode = |(name, command): (&str, DriveCommand)| {
-        let of_motors: Vec<ErrorSums> =
-            (1..=40).map(|motor| watched("1", motor, &[(command, 75_000)], 50_000)).collect();
-        of_twin(name, Asked::Right, 0.5, &of_motors)
-    };
-    let [b, c] = [DriveMode::B, DriveMode::C].map(DriveCommand::full);
-    assert_within("twin, steady", &[("b", b), ("c", c)].map(of_mode).concat());
+    let rows = STEADY.iter().flat_map(|(name, of_motors)| of_twin(name, Asked::Right, 0.5, 1, of_motors));
+    assert_within("twin, steady", &rows.collect::<Vec<Row>>());
 }
 
 /// 80 motors in the first 50 ms of a mode that takes over from the other: no surer than right. A contact radius of the
 /// teeth thought to be the same in both modes leaves the errors 15 % above in mode B.
 #[test]
 fn law_the_twin_is_not_too_sure_after_a_reversal() {
-    let [b, c] = [DriveMode::B, DriveMode::C].map(DriveCommand::full);
-    let of_reversal = |(name, before, after)| {
-        let drives = [(before, 30_000), (after, 5_000)];
-        let of_motors: Vec<ErrorSums> = (1..=80).map(|motor| watched("2", motor, &drives, 5_000)).collect();
-        of_twin(name, Asked::NotTooSure, 0.05, &of_motors)
-    };
-    assert_within("twin, reversal", &[("c after b", b, c), ("b after c", c, b)].map(of_reversal).concat());
+    let rows =
+        REVERSALS.iter().flat_map(|(name, of_motors)| of_twin(name, Asked::NotTooSure, 0.05, 1, of_motors));
+    assert_within("twin, reversal", &rows.collect::<Vec<Row>>());
 }
 
 /// 10 motors from rest under less than the full drive, down to where the rotor rides on the teeth: the twin may know
@@ -310,9 +269,8 @@ fn law_the_twin_is_not_too_sure_after_a_reversal() {
 fn law_the_twin_is_not_too_sure_at_any_drive() {
     let of_drive = |(mode, amplitude): (DriveMode, f32)| {
         let command = DriveCommand::try_new(mode, amplitude).expect("an amplitude");
-        let of_motors: Vec<ErrorSums> =
-            (1..=10).map(|motor| watched("2", motor, &[(command, 35_000)], 33_000)).collect();
-        of_twin(&format!("{mode:?} {amplitude}"), Asked::NotTooSure, 0.33, &of_motors)
+        let of_motors = each("2", 10, &[(command, 2_000), (command, 33_000)]);
+        of_twin(&format!("{mode:?} {amplitude}"), Asked::NotTooSure, 0.33, 1, &of_motors)
     };
     let amplitudes = [0.15, 0.2, 0.3, 0.4, 0.5, 0.7];
     let drives =

@@ -11,6 +11,8 @@
 //! | the same of few independent errors | 1 | the same, `n` as given, times the number of motors |
 //! | each motor | 1/2 to 2 | of `chi^2_n / n`, `n` as given, halved below and doubled above |
 //!
+//! [`Asked`] says where less than 1 is asked of the mean: then both bounds of a row are as much wider.
+//!
 //! `n` is the number of independent squares in the mean of one motor. That of a single motor does not come from the
 //! spread of the motors: one motor whose errors are ten times what is said widens the bounds of the mean, and is
 //! outside its own. A filter cannot know how this motor differs from its design, and process noise goes with the
@@ -30,6 +32,9 @@ const OF_ONE_MOTOR: f64 = 2.0;
 /// standard deviation that is up to twice too large.
 const WIDE: f64 = 4.0;
 
+/// How far the mean of all motors may be from 1 where standard deviations need be right within a quarter.
+const NEAR: (f64, f64) = (0.64, 1.5625);
+
 /// What is asked of the mean of all motors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Asked {
@@ -37,6 +42,8 @@ pub enum Asked {
     Right,
     /// At most 1, and at least a quarter: surer than right is wrong, and so is a filter that says nothing.
     NotTooSure,
+    /// 0.64 to 1.56: a standard deviation that is right within a quarter.
+    Near,
 }
 
 /// One mean for each motor.
@@ -71,6 +78,7 @@ impl Row {
         match self.asked {
             Asked::Right => (low, high),
             Asked::NotTooSure => (low / WIDE, high),
+            Asked::Near => (low * NEAR.0, high * NEAR.1),
         }
     }
 
@@ -80,6 +88,7 @@ impl Row {
         match self.asked {
             Asked::Right => (low / OF_ONE_MOTOR, high * OF_ONE_MOTOR),
             Asked::NotTooSure => (low / OF_ONE_MOTOR / WIDE, high * OF_ONE_MOTOR),
+            Asked::Near => (low / OF_ONE_MOTOR * NEAR.0, high * OF_ONE_MOTOR * NEAR.1),
         }
     }
 
@@ -167,4 +176,14 @@ fn law_one_motor_far_off_is_outside() {
     );
     let wide = Row { means: vec![1e-3; 20], asked: Asked::NotTooSure, ..row(0.8) };
     assert!(wide.complaint(FAMILY_WISE).is_some());
+}
+
+/// Right within a quarter: squares of 0.7 and 1.5 are, of 0.5 and 2 are not, where the spread is of some percent.
+#[test]
+fn law_near_is_a_quarter() {
+    for (mean, is_near) in [(0.5, false), (0.7, true), (1.5, true), (2.0, false)] {
+        let means = (0..20).map(|motor| mean * (1.0 + 0.01 * f64::from(motor % 5))).collect();
+        let row = Row { name: String::new(), asked: Asked::Near, means, independent: 100.0 };
+        assert_eq!(row.complaint(FAMILY_WISE).is_none(), is_near, "{mean}");
+    }
 }
