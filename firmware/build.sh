@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Builds programs for the microcontroller; the last line on standard output is the path of an ELF.
 #
-#   firmware/build.sh [PROGRAM [FILTER]]
+#   firmware/build.sh [PROGRAM [FILTER | scripted]]
 #
 # PROGRAM is a file of firmware/src/bin or firmware-checks/src/bin, without its ending; the path is that of its ELF.
 # Without PROGRAM the script builds everything except `peers`, and the path is that of `parity`. With a FILTER,
 # constant_rate or impact_aided, a program of firmware has that filter alone, keeps no description, and fits a smaller
-# part.
+# part. A program of firmware that is scripted takes what it is sent and shown from memory, for the emulator.
 #
 # The script looks for a Rust that can build for the target, in this order, each attempt of bounded time:
 #
@@ -65,6 +65,11 @@ build_all() {
         [[ $program != peers ]] || features=(--features peers)
         "${build[@]}" -p "$package" --bin "$program" "${features[@]}" >&2
         elf=$target_dir/$target/$profile/$program
+    elif [[ $filter == scripted ]]; then
+        # In a folder of its own, as below.
+        "${build[@]}" -p "$package" --bin "$program" --features scripted \
+            --config "build.build-dir='$target_dir'" --target-dir "$target_dir/scripted" >&2
+        elf=$target_dir/scripted/$target/$profile/$program
     else
         local features=()
         [[ $filter == constant_rate ]] || features=(--features "$filter")
@@ -106,9 +111,9 @@ if [[ -n $program && ! -f $package/src/bin/$program.rs ]]; then
 fi
 
 case $package/$filter in
-*/ | firmware/constant_rate | firmware/impact_aided) ;;
+*/ | firmware/constant_rate | firmware/impact_aided | firmware/scripted) ;;
 *)
-    log "$filter: expected constant_rate or impact_aided, for a program of firmware"
+    log "$filter: expected constant_rate, impact_aided or scripted, for a program of firmware"
     exit 2
     ;;
 esac

@@ -101,6 +101,8 @@ check_firmware() {
         local g474=(--no-default-features --features stm32g474,commissioning,keep)
         local h743=(--no-default-features --features stm32h743,commissioning,impact_aided)
         lint --package firmware --lib --bin board --features stm32g474,every_filter
+        # As the tests on the emulated board build it.
+        lint --package firmware --lib --bin board --features scripted
         lint --package firmware --lib --bin board "${h743[@]}"
         # The filter core with its optional parts, and without those that are on by default.
         lint --package ud-filter --lib --no-default-features --features defmt,serde

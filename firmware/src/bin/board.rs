@@ -18,7 +18,9 @@ mod board {
     use cortex_m::peripheral::syst::SystClkSource;
     use cortex_m::{Peripherals, singleton};
     use cortex_m_rt::{entry, exception};
-    use firmware::board::hardware::{CLOCK_HZ, Enable, Pulses, Vibrometer, Width};
+    #[cfg(feature = "scripted")]
+    use firmware::board::hardware::script::clocks_per_tick;
+    use firmware::board::hardware::{Enable, Pulses, Vibrometer, Width};
     use firmware::board::{Parts, Stopwatch, crash, stack_word_is_unused, stack_words};
     use firmware::main_loop::MainLoop;
     #[cfg(feature = "keep")]
@@ -32,11 +34,14 @@ mod board {
     static FIRST_TIMER_TASK: Mutex<Cell<Option<BoardTimerTask>>> = Mutex::new(Cell::new(None));
 
     /// Clocks of the timer in a tick of 10 us.
-    const CLOCKS_PER_TICK: u32 = CLOCK_HZ / 100_000;
+    #[cfg(not(feature = "scripted"))]
+    const fn clocks_per_tick() -> u32 {
+        firmware::board::hardware::CLOCK_HZ / 100_000
+    }
 
     fn start(mut timer: SYST, pulses: Pulses) {
         timer.set_clock_source(SystClkSource::Core);
-        timer.set_reload(CLOCKS_PER_TICK - 1);
+        timer.set_reload(clocks_per_tick() - 1);
         timer.clear_current();
         // Next to each other: pulses, samples and interrupts keep the distance that they have from here on.
         timer.enable_counter();

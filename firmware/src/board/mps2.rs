@@ -2,8 +2,13 @@
 //! for the pulse width, and lamp 0 for the enabling pin. Nor has it a flash that a program can write: memory outside of
 //! the program's variables stands for one. A reset of the board leaves that memory as it is; what was kept ends with
 //! the emulator.
+//!
+//! With the feature `scripted` what the emulator has put into memory is host and vibrometer: module `script`.
 
 #![expect(unsafe_code, reason = "registers lie at fixed addresses, in memory that nothing else uses")]
+
+#[cfg(feature = "scripted")]
+pub mod script;
 
 use core::convert::Infallible;
 
@@ -18,7 +23,6 @@ use super::Parts;
 use crate::amplifier::Cutoff;
 use crate::main_loop::SerialLine;
 use crate::store::{SLOT_BYTES, STORE_BYTES, check_range};
-use crate::tasks::NoConverter;
 
 /// Lamp 0 stands for the bridge's enabling pin.
 const LAMPS: *mut u32 = 0x4002_8000 as *mut u32;
@@ -64,7 +68,7 @@ impl Parts {
             enable: Enable,
             pulses: Pulses,
             line,
-            vibrometer: NoConverter,
+            vibrometer: Vibrometer,
             #[cfg(feature = "keep")]
             flash: Flash,
             watchdog: Watchdog,
@@ -135,10 +139,16 @@ impl Cutoff for Width {
 }
 
 /// The serial line to the host.
-#[derive(Debug)]
-pub struct Line;
+#[cfg(not(feature = "scripted"))]
+pub use self::Uart as Line;
+#[cfg(feature = "scripted")]
+pub use script::Line;
 
-impl Line {
+/// The emulated serial line.
+#[derive(Debug)]
+pub struct Uart;
+
+impl Uart {
     const DATA: usize = 0;
     const STATE: usize = 4;
     const CONTROL: usize = 8;
@@ -152,7 +162,7 @@ impl Line {
     }
 }
 
-impl SerialLine for Line {
+impl SerialLine for Uart {
     fn read(&mut self) -> Option<u8> {
         let waits = read(UART, Self::STATE) & 0b10 != 0;
         #[expect(clippy::cast_possible_truncation, reason = "the register has eight bits")]
@@ -166,7 +176,10 @@ impl SerialLine for Line {
 }
 
 /// This board has no vibrometer: the samples come from the host.
-pub type Vibrometer = NoConverter;
+#[cfg(not(feature = "scripted"))]
+pub use crate::tasks::NoConverter as Vibrometer;
+#[cfg(feature = "scripted")]
+pub use script::Vibrometer;
 
 /// Stands for a flash: writing clears bits, and erasing sets those of a page. It never fails.
 #[derive(Debug)]
