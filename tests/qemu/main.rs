@@ -3,8 +3,10 @@
 
 mod board;
 mod instructions;
+mod part_rates;
 mod pil;
 mod programs;
+mod script;
 mod size;
 
 #[path = "../system/support/browser.rs"]

@@ -14,6 +14,12 @@ use crate::board::qemu::{Board, SILENCE_MAX, Transport, Watchdog, WatchedProcess
 /// Most reports that may come before an answer: three seconds of the board's time.
 const REPORTS_MAX: u32 = 3000;
 
+/// How slow the processor of a scripted board is.
+const SCRIPTED_HALVINGS: u32 = 2;
+
+/// Where the script is: `firmware/src/board/mps2/script.rs`.
+const SCRIPT_ADDRESS: u32 = 0x2030_0000;
+
 /// A board that runs by its own timer, out of step with the host.
 #[derive(Debug)]
 pub struct FreeRunningBoard {
@@ -26,6 +32,11 @@ pub struct FreeRunningBoard {
 impl FreeRunningBoard {
     /// The session of every message to the board.
     pub const SESSION: u32 = 9;
+
+    /// Instructions of a scripted board in a clock of its timer: a clock of 25 MHz is 40 ns, and an instruction takes
+    /// 4 ns. A tick of so many clocks as the processor of a part has MHz has the instructions that the part has in 10
+    /// us, at one a cycle.
+    pub const INSTRUCTIONS_PER_CLOCK: u32 = 40 >> SCRIPTED_HALVINGS;
 
     /// Starts the program `board` in `elf`, which logs into `log`. An instruction takes a nanosecond, and time in which
     /// the board waits passes at once.
@@ -41,10 +52,33 @@ impl FreeRunningBoard {
     /// # Errors
     /// As [`Self::start`].
     pub fn start_slower(elf: &Path, log: Option<&Path>, halvings: u32) -> Result<Self, BoardError> {
+        Self::start_with(elf, log, halvings, &[])
+    }
+
+    /// Starts the program `board` in `elf`, which was built with the feature `scripted`: what it receives, what its
+    /// vibrometer shows and how long its tick is are in the file `script`, as `firmware/src/board/mps2/script.rs` has
+    /// it. A clock of its timer has [`Self::INSTRUCTIONS_PER_CLOCK`] instructions.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub fn start_scripted(elf: &Path, script: &Path) -> Result<Self, BoardError> {
+        // A comma in a name is written twice.
+        let file = script.to_string_lossy().replace(',', ",,");
+        let device = format!("loader,file={file},addr={SCRIPT_ADDRESS:#x},force-raw=on");
+        Self::start_with(elf, None, SCRIPTED_HALVINGS, &["-device", &device])
+    }
+
+    fn start_with(
+        elf: &Path,
+        log: Option<&Path>,
+        halvings: u32,
+        arguments: &[&str],
+    ) -> Result<Self, BoardError> {
         let wiring = Wiring { transport: Transport::Uart, log };
         let clock = format!("shift={halvings},sleep=off");
+        let arguments = [&["-icount", &clock], arguments].concat();
         let WatchedProcess { to_board, from_board, watchdog } =
-            WatchedProcess::start(elf, Board::M4, wiring, &["-icount", &clock])?;
+            WatchedProcess::start(elf, Board::M4, wiring, &arguments)?;
         let (to_receiver, received) = channel();
         std::thread::spawn(move || forward_messages(from_board, &to_receiver));
         Ok(Self { to_board, received, sequence: 0, watchdog })
@@ -82,7 +116,7 @@ impl FreeRunningBoard {
     ///
     /// # Errors
     /// When the board falls silent.
-    pub(crate) fn receive(&mut self) -> Result<(Header, BoardMessage), BoardError> {
+    pub fn receive(&mut self) -> Result<(Header, BoardMessage), BoardError> {
         let message =
             self.received.recv_timeout(SILENCE_MAX).map_err(|_| self.watchdog.kill_and_explain())?;
         self.watchdog.note_message();
