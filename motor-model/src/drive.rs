@@ -96,6 +96,23 @@ impl DriveCommand {
         Ok(Self { frequency_offset_hz: offset_hz, ..self })
     }
 
+    /// The same with an offset limited to [`Self::FREQUENCY_OFFSET_MAX_HZ`] in magnitude (NaN counts as 0): for a
+    /// control loop, as [`Self::saturating`].
+    #[must_use]
+    pub fn with_saturating_offset(self, offset_hz: f32) -> Self {
+        let max = Self::FREQUENCY_OFFSET_MAX_HZ;
+        let offset_hz = if offset_hz >= max {
+            max
+        } else if offset_hz <= -max {
+            -max
+        } else if offset_hz.is_nan() {
+            0.0
+        } else {
+            offset_hz
+        };
+        Self { frequency_offset_hz: offset_hz, ..self }
+    }
+
     /// The driven mode; `None` when the drive is off.
     #[inline]
     pub const fn mode(self) -> Option<DriveMode> {
@@ -127,6 +144,12 @@ mod tests {
         }
         assert!(DriveCommand::full(DriveMode::C).with_frequency_offset(2000.5).is_err());
         assert!(DriveCommand::full(DriveMode::C).with_frequency_offset(f32::NAN).is_err());
+        for (asked_hz, given_hz) in
+            [(30.5, 30.5), (-2000.5, -2000.0), (f32::INFINITY, 2000.0), (f32::NAN, 0.0), (2000.0, 2000.0)]
+        {
+            let command = DriveCommand::full(DriveMode::C).with_saturating_offset(asked_hz);
+            assert_eq!(command.frequency_offset_hz().to_bits(), f32::to_bits(given_hz), "{asked_hz}");
+        }
     }
 
     #[test]

@@ -184,6 +184,7 @@ impl MotorFaults {
             (true, DriveMode::C) => DriveMode::B,
         };
         DriveCommand::saturating(mode, gain * command.amplitude())
+            .with_saturating_offset(command.frequency_offset_hz())
     }
 
     /// The next jolt that is due by `now`, in rad/s; each comes once.
@@ -207,9 +208,10 @@ mod tests {
         }
         let mut faults = MotorFaults::of(&scene);
         let (before, after) = (Time::from_nanos(999_999_999), Time::from_nanos(1_000_000_000));
-        let command = DriveCommand::saturating(DriveMode::B, 0.8);
+        let command = DriveCommand::saturating(DriveMode::B, 0.8).with_saturating_offset(-31.0);
         assert_eq!(faults.drive(before, command), command);
-        assert_eq!(faults.drive(after, command), DriveCommand::saturating(DriveMode::C, 0.4));
+        let weak = DriveCommand::saturating(DriveMode::C, 0.4).with_saturating_offset(-31.0);
+        assert_eq!(faults.drive(after, command), weak, "the frequency is as commanded");
         assert_eq!(faults.drive(after, DriveCommand::OFF), DriveCommand::OFF);
         assert_eq!([before, after, after].map(|now| faults.jolt(now)), [None, Some(-2.0), None]);
         assert!(MotorFaults::of(&Scene::default()).are_none() && !faults.are_none());
