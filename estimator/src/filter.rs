@@ -14,6 +14,10 @@ pub trait AngleFilter<T: Real> {
     /// Call it at every tick, changed or not: it is the clock by which the filter judges the times of measurements.
     fn drive(&mut self, at: Time, command: DriveCommand);
 
+    /// Tells where the resonances of modes B and C are found: the motor has warmed, say. A filter without a model of
+    /// the stator needs nothing of it.
+    fn retune(&mut self, _offsets: &[ResonanceOffset<T>; 2]) {}
+
     /// Takes in a vibrometer sample. The answer is the record of an impact that the sample shows, if the filter has a
     /// model that predicts impacts.
     ///
@@ -50,6 +54,20 @@ pub trait AngleFilter<T: Real> {
     /// The same with the estimate for `instant`, at or after `now`: for a loop whose commands act later. Whether the
     /// instruments are silent is judged at `now`, and the variance at `instant`.
     fn assess_for(&self, now: Time, instant: Time) -> (Option<Estimate<T>>, Health);
+}
+
+/// How far a resonance lies from that of the motor for which filter and map were made.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ResonanceOffset<T> {
+    /// Offset in Hz, positive above.
+    pub hz: T,
+    /// Its variance in Hz^2.
+    pub hz2: T,
+}
+
+impl ResonanceOffset<f32> {
+    /// A resonance that is the design's.
+    pub const NONE: Self = Self { hz: 0.0, hz2: 0.0 };
 }
 
 /// Angle and rate at an instant.

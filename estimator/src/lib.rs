@@ -73,7 +73,7 @@ pub use camera::process::Jitter;
 pub use camera::track_covariance::TrackCovariance;
 pub use camera::track_tuning::{RESTING_GROWTH_RAD2_S, TrackTuning};
 pub use camera::tracker::FRAMES_KEPT;
-pub use filter::{AngleFilter, Estimate, Health, Reason};
+pub use filter::{AngleFilter, Estimate, Health, Reason, ResonanceOffset};
 pub use filters::constant_rate::{ConstantRate, ConstantRateTuning, RandomWalkTuning};
 pub use filters::impact_aided::ringing::RingingTuning;
 pub use filters::impact_aided::{IMPACTS_KEPT_MAX, ImpactAided, ImpactAidedTuning};

@@ -3,7 +3,7 @@
 
 use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, ImpactInnovation,
-    Innovation, Instruments, LdvSample,
+    Innovation, Instruments, LdvSample, ResonanceOffset,
 };
 #[cfg(holds_twin)]
 use estimator::{CheckedMotor, TwinFilter, TwinTuning};
@@ -112,6 +112,10 @@ impl SelectedFilter {
 impl AngleFilter<f32> for SelectedFilter {
     fn drive(&mut self, at: Time, command: DriveCommand) {
         forward!(self, filter => filter.drive(at, command));
+    }
+
+    fn retune(&mut self, offsets: &[ResonanceOffset<f32>; 2]) {
+        forward!(self, filter => filter.retune(offsets));
     }
 
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<f32>> {

@@ -116,6 +116,7 @@ mod process;
 mod refinement;
 mod regime;
 mod restart;
+mod retune;
 mod rotor;
 mod sensitivity;
 mod states;
@@ -131,7 +132,7 @@ mod walk_strength;
 use motor_model::{DriveCommand, DriveMode, Real, Time};
 
 use crate::camera::tracker::{FrameContext, Tracker};
-use crate::filter::{AngleFilter, Estimate, Health, Reason};
+use crate::filter::{AngleFilter, Estimate, Health, Reason, ResonanceOffset};
 use crate::innovation::{ImpactInnovation, Innovation};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
@@ -260,6 +261,10 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         if command.mode().is_some() {
             self.tracker.end_rest();
         }
+    }
+
+    fn retune(&mut self, offsets: &[ResonanceOffset<T>; 2]) {
+        self.retune_stator(offsets);
     }
 
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<T>> {

@@ -2,7 +2,8 @@
 
 use estimator::{
     AngleFilter, CameraFrame, CheckedMotor, ConstantRate, ConstantRateTuning, Estimate, Health, ImpactAided,
-    ImpactAidedTuning, ImpactInnovation, Innovation, Instruments, LdvSample, TwinFilter, TwinTuning,
+    ImpactAidedTuning, ImpactInnovation, Innovation, Instruments, LdvSample, ResonanceOffset, TwinFilter,
+    TwinTuning,
 };
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Real, Time};
 
@@ -95,6 +96,10 @@ macro_rules! angle_filter_in {
         impl AngleFilter<$precision> for AnyFilter<$precision> {
             fn drive(&mut self, at: Time, command: DriveCommand) {
                 self.get_mut().drive(at, command);
+            }
+
+            fn retune(&mut self, offsets: &[ResonanceOffset<$precision>; 2]) {
+                self.get_mut().retune(offsets);
             }
 
             fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<$precision>> {

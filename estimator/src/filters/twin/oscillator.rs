@@ -35,16 +35,18 @@ pub(super) struct Response<T> {
 impl<T: Real> Oscillator<T> {
     pub(super) fn new(mode: &Mode) -> Self {
         let (k, a) = (mode.natural_rad_s * mode.natural_rad_s, 2.0 * mode.damping_ratio * mode.natural_rad_s);
-        // Derivatives of S at 0, from the second on.
-        let (d2, d3) = (-a, a * a - k);
-        let d4 = -k * d2 - a * d3;
-        let d5 = -k * d3 - a * d4;
         Self {
             stiffness_per_s2: T::from_f64(k),
             damping_per_s: T::from_f64(a),
             drive_m_s2: T::from_f64(mode.drive_acceleration_m_s2()),
-            series: [d2 / 2.0, d3 / 6.0, d4 / 24.0, d5 / 120.0].map(T::from_f64),
+            series: series(k, a).map(T::from_f64),
         }
+    }
+
+    /// The same mode, stiffer by `part`.
+    pub(super) fn stiffer(&self, part: T) -> Self {
+        let stiffness_per_s2 = self.stiffness_per_s2 * (T::one() + part);
+        Self { stiffness_per_s2, series: series(stiffness_per_s2, self.damping_per_s), ..*self }
     }
 
     /// The response after `t` seconds, which may be negative.
@@ -60,6 +62,15 @@ impl<T: Real> Oscillator<T> {
         (s, s_rate) = (s * t, s_rate * t + s);
         Response { c: s_rate + a * s, c_rate: -k * s, s, s_rate, s_acceleration: -k * s - a * s_rate }
     }
+}
+
+/// Coefficients of `t^2` to `t^5` in S for `k = w^2` and `a = 2 zeta w`.
+fn series<T: Real>(k: T, a: T) -> [T; 4] {
+    // Derivatives of S at 0, from the second on.
+    let (d2, d3) = (-a, a * a - k);
+    let d4 = -k * d2 - a * d3;
+    let d5 = -k * d3 - a * d4;
+    [d2 / T::from_f64(2.0), d3 / T::from_f64(6.0), d4 / T::from_f64(24.0), d5 / T::from_f64(120.0)]
 }
 
 #[cfg(test)]

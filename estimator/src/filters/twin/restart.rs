@@ -5,6 +5,7 @@
 //! | [`StatorFilter::set_at_rest`] | zero | zero | kept | the rotor is quiet |
 //! | [`StatorFilter::forget_motion`] | kept | as wide as any drive | kept | impacts were missed |
 //! | [`StatorFilter::restart`] | zero | as wide as any drive | prior | the impacts contradict the model |
+//! | [`super::retune`] | zero | as wide as any drive | prior, with other stiffnesses | a resonance has moved |
 //! | [`super::learnt_parameters`] | zero | as wide as any drive | as before | a fault of the vibrometer has ended |
 //! | [`StatorFilter::rewind`] | kept | kept | kept | sample times ran back |
 
@@ -26,7 +27,7 @@ impl<T: Real> StatorFilter<T> {
     #[inline(never)]
     pub(super) fn restart(&mut self) {
         (self.state.modes, self.height_m, self.jump_m_s) = (ModalState::default(), T::zero(), T::zero());
-        self.parameters = Errors::zeros();
+        self.parameters = self.prior_parameters;
         self.covariance.set_diagonal(&self.prior_variances);
         (self.pending_periods, self.input_sums) = (0, InputSums::default());
         self.reset_sensitivities();

@@ -27,7 +27,7 @@ use super::checked_motor::{CheckedMotor, PERIOD_S};
 use super::oscillator::Oscillator;
 use super::sensitivity::{InputSums, ModeSensitivities, SENSITIVITY_PERIODS};
 use super::states::{
-    DRIVE_PHASE, Errors, MODE_PARAMETERS, MotionErrors, Row, STATES, entry, prior_variances,
+    DRIVE_PHASE, Errors, MODE_PARAMETERS, MotionErrors, Row, STATES, STIFFNESSES, entry, prior_variances,
 };
 use super::tuning::TwinTuning;
 use crate::innovation::ContactInnovation;
@@ -77,8 +77,12 @@ pub(super) struct StatorFilter<T: Real> {
     pub(super) pending_periods: u8,
     pub(super) input_sums: InputSums<T>,
     pub(super) covariance: UdCovariance<T, STATES>,
+    /// Estimates of the parameters at a restart: zero but for the stiffnesses of modes that were retuned.
+    pub(super) prior_parameters: Errors<T>,
     /// Kept, since a microcontroller computes them in double precision by software.
     pub(super) prior_variances: Errors<T>,
+    /// Those of the stiffnesses of motors of the design, whatever was retuned.
+    pub(super) stiffness_variances: [T; 3],
     /// Estimate of the last impact's jump.
     pub(super) jump_m_s: T,
     /// `(1 + r) / (1 + e)`, r the mass ratio at a tooth.
@@ -101,7 +105,7 @@ impl<T: Real> StatorFilter<T> {
             let part = T::from_f64(PROCESS_NOISE_PART);
             part * part * T::from_f64(4.0 * mode.damping_ratio * mode.natural_rad_s * speed * speed)
         };
-        let prior_variances = prior_variances();
+        let prior_variances: Errors<T> = prior_variances();
         let steps = |n: u8| modes.each_ref().map(|mode| transition(mode, PERIOD_S * f64::from(n)));
         Self {
             model: motor.stator.clone(),
@@ -119,6 +123,9 @@ impl<T: Real> StatorFilter<T> {
             pending_periods: 0,
             input_sums: InputSums::default(),
             covariance: UdCovariance::from_diagonal(&prior_variances),
+            prior_parameters: Errors::zeros(),
+            stiffness_variances: STIFFNESSES
+                .map(|state| prior_variances.as_slice().get(state).copied().unwrap_or_default()),
             prior_variances,
             jump_m_s: T::zero(),
             approach_per_jump: tuning.without_stator.approach_per_jump,
