@@ -45,11 +45,11 @@ mod run_out;
 pub mod sweep;
 mod tick;
 
-use estimator::Instruments;
+use estimator::{Instruments, ResonanceOffset};
 use heapless::Vec;
 use motor_model::{DriveCommand, DriveMode};
 
-use crate::response_map::ResponseMap;
+use crate::response_map::{Cruise, ResponseMap};
 use evidence::{CommissioningEvidence, MapRow};
 use experiment::{Experiment, Response, TurnWindow};
 pub use experimenter::{ExperimentPhase, ExperimentTuning, Experimenter};
@@ -104,6 +104,13 @@ impl Commissioning {
         map_factors::of_mode::<Vec<_, SWEEP_POINTS_MAX>>(&self.swept, mode)
     }
 
+    /// Where the drive of `mode` is tuned to, from the design's frequency: to the resonance that the sweep has shown,
+    /// where that is not the design's beyond doubt.
+    pub fn resonance_offset(&self, mode: DriveMode) -> ResonanceOffset<f32> {
+        let found = map_factors::of_mode::<Option<Resonance>>(&self.resonances, mode);
+        found.as_ref().and_then(Resonance::beyond_doubt).unwrap_or_default()
+    }
+
     /// The next experiment, from rest; `None` when another one would save next to nothing.
     pub fn next(&mut self, prior: &ResponseMap) -> Option<Experiment> {
         let known = Known {
@@ -117,13 +124,16 @@ impl Commissioning {
             Next::Sweep(mode) => (None, Experiment::Sweep { mode, amplitude: Self::AMPLITUDE_MAX }),
             Next::Row(row @ MapRow::Cruise(index)) => {
                 let cruise = prior.cruises().get(index)?;
-                (Some(row), Experiment::Cruise { mode: cruise.mode, amplitude: cruise.amplitude })
+                let Cruise { mode, amplitude, .. } = *cruise;
+                let offset_hz = self.resonance_offset(mode).hz;
+                (Some(row), Experiment::Cruise { mode, amplitude, offset_hz })
             }
             Next::Row(row @ MapRow::Burst(family, index)) => {
                 let burst = prior.bursts(family).get(index)?;
                 let experiment = Experiment::Train {
                     mode: family.mode(),
                     amplitude: burst.amplitude,
+                    offset_hz: self.resonance_offset(family.mode()).hz,
                     ticks: burst.ticks,
                     count: order::train(family, burst),
                 };

@@ -187,7 +187,11 @@ mod tests {
                 let moved = tick(&mut position, now, &mut ports);
                 let held = tick_rate(&mut rate, now, &mut ports);
                 // Once it is ready.
-                let _ = experimenter.order(Experiment::Cruise { mode: DriveMode::C, amplitude: 1.0 });
+                let _ = experimenter.order(Experiment::Cruise {
+                    mode: DriveMode::C,
+                    amplitude: 1.0,
+                    offset_hz: 0.0,
+                });
                 let experiment =
                     tick_experiment(&mut filter, &mut experimenter, &mut in_flight, now, &mut ports);
                 let told = [position.filter_mut().told, rate.filter().told, filter.told];

@@ -34,7 +34,8 @@
 //! 11. [`MoveForecast`]: what a move will take, and what cannot be reached, before it starts.
 //! 12. [`TickReport`]: what a tick did.
 //! 13. [`InFlight`]: decisions on their way, of a loop whose commands act some ticks later.
-//! 14. [`commissioning`]: the response map of the motor at hand, measured before the first move.
+//! 14. [`resonance_tracker`]: the frequency of the drive, which follows a resonance that drifts.
+//! 15. [`commissioning`]: the response map of the motor at hand, measured before the first move.
 //!
 //! [`rate`] is the other task, with [`tick_rate`] as its loop body.
 //!
@@ -87,6 +88,7 @@
 //! | forecast | turn of a burst in this motor, with its variance |
 //! | settling | the drive is off, until the rotor is at rest and measured well enough |
 //! | reached | the risk that the rotor lies outside the tolerance is small enough ([`situation::Confidence`]) |
+//! | offset | of the drive's frequency from the resonance of the design |
 //! | probe | a burst of the other mode that tells a lost mode from a stuck rotor |
 //! | direction | +1 clockwise, -1 counter-clockwise |
 
@@ -118,6 +120,7 @@ mod ports;
 mod positioning;
 pub mod progress_window;
 pub mod rate;
+pub mod resonance_tracker;
 pub mod response_map;
 pub mod rest_filter;
 pub mod ring_down;

@@ -89,13 +89,21 @@ impl MapCorrection {
         }));
         let [step, walk] = [Family::Step, Family::Walk].map(|family| *families.get(family));
         let step_walk = map.step_walk_correlation() * math::sqrt_f32(step.variance * walk.variance);
-        let rates = [DriveMode::B, DriveMode::C].map(|mode| {
+        Self { families, step_walk, rates: Self::prior_rates(map) }
+    }
+
+    fn prior_rates(map: &ResponseMap) -> [LearntFactor; 2] {
+        [DriveMode::B, DriveMode::C].map(|mode| {
             let relative = map
                 .strongest_cruise(mode, 1.0)
                 .map_or(0.0, |cruise| cruise.rate_sd_rad_s / (direction(mode) * cruise.rate_rad_s));
             LearntFactor { value: 1.0, variance: relative * relative }
-        });
-        Self { families, step_walk, rates }
+        })
+    }
+
+    /// The factors of the rates in modes B and C that a task by `map` begins with.
+    pub(crate) fn rates_of(map: &ResponseMap) -> [LearntFactor; 2] {
+        map.correction().map_or_else(|| Self::prior_rates(map), |correction| correction.rates)
     }
 }
 
@@ -121,6 +129,13 @@ impl MotorResponse<'_> {
 }
 
 impl LearntFactor {
+    /// The same, known from both independently.
+    pub(crate) fn fused(self, other: Self) -> Self {
+        let sum = self.variance + other.variance;
+        let part = if sum > 0.0 { self.variance / sum } else { 0.0 };
+        Self { value: self.value + part * (other.value - self.value), variance: part * other.variance }
+    }
+
     /// Corrects the factor by a measurement of `mean` times it that is off by `innovation`, with noise of variance
     /// `noise`. Returns the gain.
     fn update(&mut self, mean: f32, innovation: f32, noise: f32) -> f32 {
@@ -297,6 +312,7 @@ impl MapCorrection {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use estimator::ResonanceOffset;
 
     fn map() -> &'static ResponseMap {
         ResponseMap::table_1()
@@ -370,7 +386,12 @@ mod tests {
     #[test]
     fn exact_a_certain_factor_teaches_nothing() {
         let certain = LearntFactor { value: 1.0, variance: 0.0 };
-        let factors = LearntFactors { bursts: [certain; 5], step_walk_covariance: 0.0, rates: [certain; 2] };
+        let factors = LearntFactors {
+            bursts: [certain; 5],
+            step_walk_covariance: 0.0,
+            rates: [certain; 2],
+            resonances: [ResonanceOffset::NONE; 2],
+        };
         let mut correction = MapCorrection::try_from(factors).unwrap();
         for family in [Family::Step, Family::Walk] {
             correction.learn(family, &middle(family), 1.1 * middle(family).turn_rad, 1e-20);

@@ -30,7 +30,8 @@ mod table;
 
 use core::f32::consts::PI;
 
-use motor_model::{DriveMode, MotorParams};
+use estimator::ResonanceOffset;
+use motor_model::{DriveMode, MotorParams, Parameter};
 
 use crate::map_correction::{LearntFactors, MapCorrection};
 
@@ -66,6 +67,21 @@ pub struct ResponseMap {
     stride_from_rad: f32,
     /// How one motor differs, as its moves have learnt it.
     correction: Option<MapCorrection>,
+    /// Where the resonances of modes B and C are, from the design's.
+    resonances: [ResonanceOffset<f32>; 2],
+    /// Half widths of the design's resonances: kept, since a microcontroller computes them in double precision by
+    /// software.
+    half_widths_hz: [f32; 2],
+}
+
+/// Half widths of the resonances of modes B and C in Hz, `zeta f`: what the offset is for half of the power.
+#[expect(clippy::cast_possible_truncation, reason = "single precision suffices")]
+const fn half_widths_hz(design: &MotorParams) -> [f32; 2] {
+    use Parameter::{ModeBDampingRatio, ModeBFrequency, ModeCDampingRatio, ModeCFrequency};
+    [
+        (design.get(ModeBFrequency) * design.get(ModeBDampingRatio)) as f32,
+        (design.get(ModeCFrequency) * design.get(ModeCDampingRatio)) as f32,
+    ]
 }
 
 /// Distances from which the motors of Table 1 are driven by cruises of modes B and C: the weakest cruise B of use
@@ -117,6 +133,8 @@ static TABLE_1: ResponseMap = ResponseMap {
     cruise_from_rad: CRUISE_FROM_RAD,
     stride_from_rad: STRIDE_FROM_RAD,
     correction: None,
+    resonances: [ResonanceOffset::NONE; 2],
+    half_widths_hz: half_widths_hz(&MotorParams::nominal()),
 };
 
 impl ResponseMap {
@@ -164,7 +182,7 @@ impl ResponseMap {
 
     /// What moves of one motor have learnt of it; `None` of a map for all motors of its design.
     pub fn learnt(&self) -> Option<LearntFactors> {
-        self.correction().map(LearntFactors::from)
+        self.correction().map(|correction| LearntFactors::new(correction, self.resonances))
     }
 
     /// The same map for the motor of which moves have learnt `factors`. Positioning begins with them.
@@ -183,7 +201,18 @@ impl ResponseMap {
     /// As [`Self::with_learnt`]; the map is then as before.
     pub fn set_learnt(&mut self, factors: LearntFactors) -> Result<(), MapError> {
         self.correction = Some(factors.try_into()?);
+        self.resonances = factors.resonances;
         Ok(())
+    }
+
+    /// The offsets of the resonances of modes B and C from the design's: zero where nothing was learnt.
+    pub fn resonances(&self) -> &[ResonanceOffset<f32>; 2] {
+        &self.resonances
+    }
+
+    /// Half widths of the design's resonances of modes B and C, in Hz.
+    pub(crate) fn half_widths_hz(&self) -> [f32; 2] {
+        self.half_widths_hz
     }
 
     pub(crate) fn correction(&self) -> Option<&MapCorrection> {

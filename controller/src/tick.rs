@@ -6,9 +6,11 @@ use estimator::{AngleFilter, ConstantRate, Estimate, Health, Innovation};
 use motor_model::{Angle, DriveCommand, Time};
 
 use crate::latency::{self, Decision, InFlight};
+use crate::map_correction::LearntFactors;
 use crate::ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
 use crate::positioning::{Positioning, PositioningPhase, PositioningTuning};
 use crate::rate::{RateHold, RateProfile, RateStop};
+use crate::resonance_tracker::ResonanceTracker;
 use crate::response_map::ResponseMap;
 use crate::target::Target;
 
@@ -24,6 +26,7 @@ pub struct PositionLoop<F = ConstantRate<f32>, M = &'static ResponseMap> {
     filter: F,
     map: M,
     positioning: Positioning,
+    tracker: ResonanceTracker,
     in_flight: InFlight<TickReport>,
 }
 
@@ -41,7 +44,8 @@ impl<F, M: Borrow<ResponseMap>> PositionLoop<F, M> {
     /// A loop that positions to `target` from `now` on, by a filter that is new or goes on from an earlier move.
     pub fn new(filter: F, map: M, target: Target, tuning: PositioningTuning, now: Time) -> Self {
         let positioning = Positioning::new(map.borrow(), target, tuning, now);
-        Self { filter, map, positioning, in_flight: InFlight::new() }
+        let tracker = ResonanceTracker::of(map.borrow());
+        Self { filter, map, positioning, tracker, in_flight: InFlight::new() }
     }
 
     /// Begins another move at `now`, as a loop from [`Self::new`] would, with the filter as it is. The filter is not
@@ -69,6 +73,11 @@ impl<F, M: Borrow<ResponseMap>> PositionLoop<F, M> {
     /// The state machine, to read.
     pub fn positioning(&self) -> &Positioning {
         &self.positioning
+    }
+
+    /// What has been learnt of this motor, as plain data.
+    pub fn learnt(&self) -> LearntFactors {
+        LearntFactors::new(self.positioning.correction(), self.tracker.offsets())
     }
 }
 
@@ -111,16 +120,17 @@ pub fn tick<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
     now: Time,
     ports: &mut P,
 ) -> TickReport {
-    let PositionLoop { filter, map, positioning, in_flight } = state;
-    *tick_by((*map).borrow(), filter, positioning, in_flight, now, ports)
+    let PositionLoop { filter, map, positioning, tracker, in_flight } = state;
+    *tick_by((*map).borrow(), filter, positioning, tracker, in_flight, now, ports)
 }
 
-/// The same with `map`, `filter`, `positioning` and what is `in_flight` in places of their own, for a program that
-/// keeps one map, which outlives its moves. The report is read in its place, which a later tick takes.
+/// The same with `map`, `filter`, `positioning`, `tracker` and what is `in_flight` in places of their own, for a
+/// program that keeps one map, which outlives its moves. The report is read in its place, which a later tick takes.
 pub fn tick_by<'d, F: AngleFilter<f32>, P: Sense + Drive>(
     map: &ResponseMap,
     filter: &mut F,
     positioning: &mut Positioning,
+    tracker: &mut ResonanceTracker,
     in_flight: &'d mut InFlight<TickReport>,
     now: Time,
     ports: &mut P,
@@ -129,6 +139,7 @@ pub fn tick_by<'d, F: AngleFilter<f32>, P: Sense + Drive>(
     let acts_at = latency::acts_at(now, latency_ticks);
     let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, ports);
     let command = positioning.decide(map, acts_at, estimate.as_ref(), health);
+    let command = tune(tracker, map, filter, acts_at, command, estimate.as_ref());
     let applied = ports.drive(command);
     let report = in_flight.exchange(latency_ticks, |decision| {
         // Field by field: otherwise a report is made elsewhere and moved.
@@ -149,13 +160,15 @@ pub struct RateLoop<F, M = &'static ResponseMap> {
     filter: F,
     map: M,
     hold: RateHold,
+    tracker: ResonanceTracker,
     in_flight: InFlight<RateReport>,
 }
 
 impl<F, M: Borrow<ResponseMap>> RateLoop<F, M> {
     /// A loop that follows a rate, by a filter that is new or goes on from earlier.
     pub fn new(filter: F, map: M, hold: RateHold) -> Self {
-        Self { filter, map, hold, in_flight: InFlight::new() }
+        let tracker = ResonanceTracker::of(map.borrow());
+        Self { filter, map, hold, tracker, in_flight: InFlight::new() }
     }
 
     /// The filter, to read.
@@ -212,15 +225,16 @@ pub fn tick_rate<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
     now: Time,
     ports: &mut P,
 ) -> RateReport {
-    let RateLoop { filter, map, hold, in_flight } = state;
-    *tick_rate_by((*map).borrow(), filter, hold, in_flight, now, ports)
+    let RateLoop { filter, map, hold, tracker, in_flight } = state;
+    *tick_rate_by((*map).borrow(), filter, hold, tracker, in_flight, now, ports)
 }
 
-/// The same with `map`, `filter`, `hold` and what is `in_flight` in places of their own, as [`tick_by`].
+/// The same with `map`, `filter`, `hold`, `tracker` and what is `in_flight` in places of their own, as [`tick_by`].
 pub fn tick_rate_by<'d, F: AngleFilter<f32>, C: RateProfile, P: Sense + Drive>(
     map: &ResponseMap,
     filter: &mut F,
     hold: &mut RateHold<C>,
+    tracker: &mut ResonanceTracker,
     in_flight: &'d mut InFlight<RateReport>,
     now: Time,
     ports: &mut P,
@@ -229,6 +243,7 @@ pub fn tick_rate_by<'d, F: AngleFilter<f32>, C: RateProfile, P: Sense + Drive>(
     let acts_at = latency::acts_at(now, latency_ticks);
     let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, ports);
     let command = hold.decide(map, acts_at, estimate.as_ref(), health);
+    let command = tune(tracker, map, filter, acts_at, command, estimate.as_ref());
     let applied = ports.drive(command);
     let report = in_flight.exchange(latency_ticks, |decision| {
         decision.estimate = estimate;
@@ -243,6 +258,24 @@ pub fn tick_rate_by<'d, F: AngleFilter<f32>, C: RateProfile, P: Sense + Drive>(
     report.camera = camera;
     filter.drive(now, report.applied);
     report
+}
+
+/// `command` at the frequency of its resonance, which the filter is told where it has moved. Drives are on by a usable
+/// estimate alone.
+#[inline]
+fn tune<F: AngleFilter<f32>>(
+    tracker: &mut ResonanceTracker,
+    map: &ResponseMap,
+    filter: &mut F,
+    acts_at: Time,
+    command: DriveCommand,
+    estimate: Option<&Estimate<f32>>,
+) -> DriveCommand {
+    let tuned = tracker.tune(map, acts_at, command, estimate);
+    if let Some(offsets) = tracker.take_moved() {
+        filter.retune(&offsets);
+    }
+    tuned
 }
 
 /// The estimate once every measurement that arrived is fused.

@@ -65,6 +65,7 @@ mod zero;
 use core::mem;
 
 use controller::PositionLoop;
+use controller::resonance_tracker::ResonanceTracker;
 use estimator::LdvSample;
 use link::{
     BoardFault, BoardIdentity, BoardMessage, Counters, Deframer, HostMessage, LOOP_DIGEST, ResetCause,
@@ -384,11 +385,12 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     }
 
     fn arm(&mut self) -> BoardMessage {
-        let MoveMemory { configured, map, in_flight, .. } = &mut *self.memory;
+        let MoveMemory { configured, map, tracker, in_flight, .. } = &mut *self.memory;
         match (&self.state, configured, map.map()) {
             (State::Armed, ..) => BoardMessage::Armed,
             (State::Safe, Some(configured), Ok(map)) => {
                 configured.begin(map, self.zero, time(self.elapsed_ticks));
+                *tracker = Some(ResonanceTracker::of(map));
                 *in_flight = configured.no_decisions();
                 in_flight.clear();
                 self.state = State::Armed;

@@ -9,7 +9,7 @@ use std::path::Path;
 use controller::ResponseMap;
 use simulation::scene::{Admission, Scene, SceneError, parse_response_map};
 
-pub use gallery::{COMMISSIONED_TILTING, GALLERY, GalleryScene};
+pub use gallery::{COMMISSIONED_TILTING, GALLERY, GalleryScene, commissioned_map};
 
 /// Longest file; a scene is a page of text.
 const LENGTH_MAX_BYTES: u64 = 1 << 20;
@@ -96,7 +96,7 @@ pub fn read_response_map(path: &Path) -> Result<ResponseMap, SceneError> {
     match (read(path), name_of(path)) {
         (Ok(text), _) => parse_response_map(&text, path),
         (Err(error), Some(name)) if error.kind() == io::ErrorKind::NotFound => {
-            let text = gallery::commissioned_map(name).ok_or_else(|| SceneError::NoSuchMap {
+            let text = commissioned_map(name).ok_or_else(|| SceneError::NoSuchMap {
                 name: name.to_owned(),
                 known: gallery::commissioned_names().collect(),
             })?;

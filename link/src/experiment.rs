@@ -54,6 +54,8 @@ pub struct ExperimentRecord {
     pub mode: Coded<Option<DriveMode>>,
     /// Amplitude of the drive, above 0 and at most 1.
     pub amplitude: f32,
+    /// Offset of the drive's frequency from the design's, in Hz; 0 of a sweep.
+    pub offset_hz: f32,
     /// Which drive.
     pub drive: ExperimentDrive,
 }
@@ -84,7 +86,8 @@ impl ExperimentRecord {
                 (amplitude, ExperimentDrive::Train { ticks, count })
             }
         };
-        Self { number, mode: Some(experiment.mode()).into(), amplitude, drive }
+        let offset_hz = experiment.offset_hz();
+        Self { number, mode: Some(experiment.mode()).into(), amplitude, offset_hz, drive }
     }
 
     /// The experiment.
@@ -92,14 +95,16 @@ impl ExperimentRecord {
     /// # Errors
     /// When there is no such mode, or a number is out of bounds.
     pub fn checked(&self) -> Result<Experiment, OutOfBounds> {
-        let Self { mode, amplitude, drive, .. } = *self;
+        let Self { mode, amplitude, offset_hz, drive, .. } = *self;
         let no_mode =
             OutOfBounds { key: "experiment.mode", value: mode.number().into(), min: 1.0, max: 2.0, unit: "" };
         let mode = mode.value().flatten().ok_or(no_mode)?;
         match drive {
             ExperimentDrive::Sweep => Experiment::Sweep { mode, amplitude },
-            ExperimentDrive::Cruise => Experiment::Cruise { mode, amplitude },
-            ExperimentDrive::Train { ticks, count } => Experiment::Train { mode, amplitude, ticks, count },
+            ExperimentDrive::Cruise => Experiment::Cruise { mode, amplitude, offset_hz },
+            ExperimentDrive::Train { ticks, count } => {
+                Experiment::Train { mode, amplitude, offset_hz, ticks, count }
+            }
         }
         .checked()
     }
@@ -213,8 +218,8 @@ mod tests {
         let mode = DriveMode::B;
         for experiment in [
             Experiment::Sweep { mode, amplitude: 1.0 },
-            Experiment::Cruise { mode: DriveMode::C, amplitude: 0.25 },
-            Experiment::Train { mode, amplitude: 0.5, ticks: 120, count: 8 },
+            Experiment::Cruise { mode: DriveMode::C, amplitude: 0.25, offset_hz: 31.5 },
+            Experiment::Train { mode, amplitude: 0.5, offset_hz: -63.0, ticks: 120, count: 8 },
         ] {
             let record = ExperimentRecord::new(3, &experiment);
             assert_eq!((record.number, record.checked()), (3, Ok(experiment)));

@@ -12,6 +12,7 @@
 use controller::ResponseMap;
 use controller::map_correction::{LearntFactor, LearntFactors};
 use controller::response_map::{Burst, Cruise, Family, MapError, MapField, MapPlace};
+use estimator::ResonanceOffset;
 use motor_model::DriveMode;
 use serde::{Deserialize, Serialize};
 
@@ -113,21 +114,25 @@ pub struct LearntRecord {
     pub factors: [[f32; 2]; Family::ALL.len() + 2],
     /// Covariance of the factors of steps and walks.
     pub step_walk_covariance: f32,
+    /// Offset in Hz and its variance in Hz^2 of the resonances of modes B and C.
+    pub resonances: [[f32; 2]; 2],
 }
 
 impl From<LearntFactors> for LearntRecord {
-    fn from(LearntFactors { bursts, step_walk_covariance, rates }: LearntFactors) -> Self {
+    fn from(LearntFactors { bursts, step_walk_covariance, rates, resonances }: LearntFactors) -> Self {
         let pair = |LearntFactor { value, variance }| [value, variance];
         let ([step, walk, stride, nudge, throw], [b, c]) = (bursts.map(pair), rates.map(pair));
-        Self { factors: [step, walk, stride, nudge, throw, b, c], step_walk_covariance }
+        let resonances = resonances.map(|ResonanceOffset { hz, hz2 }| [hz, hz2]);
+        Self { factors: [step, walk, stride, nudge, throw, b, c], step_walk_covariance, resonances }
     }
 }
 
 impl From<LearntRecord> for LearntFactors {
-    fn from(LearntRecord { factors, step_walk_covariance }: LearntRecord) -> Self {
+    fn from(LearntRecord { factors, step_walk_covariance, resonances }: LearntRecord) -> Self {
         let [step, walk, stride, nudge, throw, b, c] =
             factors.map(|[value, variance]| LearntFactor { value, variance });
-        Self { bursts: [step, walk, stride, nudge, throw], step_walk_covariance, rates: [b, c] }
+        let resonances = resonances.map(|[hz, hz2]| ResonanceOffset { hz, hz2 });
+        Self { bursts: [step, walk, stride, nudge, throw], step_walk_covariance, rates: [b, c], resonances }
     }
 }
 

@@ -90,7 +90,7 @@ impl MotorParams {
     }
 
     /// The value of `parameter`, in the unit of its spec.
-    pub fn get(&self, parameter: Parameter) -> f64 {
+    pub const fn get(&self, parameter: Parameter) -> f64 {
         #[expect(clippy::indexing_slicing, reason = "there is one value per discriminant")]
         self.values[parameter as usize]
     }

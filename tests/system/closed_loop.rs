@@ -4,6 +4,7 @@ mod law_latency;
 mod law_other_instruments;
 mod law_quiet_stator;
 mod law_rate_limits;
+mod law_resonance;
 mod tool_calibrate;
 mod tool_commission;
 mod tool_position;

@@ -5,6 +5,7 @@ use heapless::Vec;
 use motor_model::{DriveMode, OutOfBounds};
 
 use super::resonance::{SWEEP_POINTS_MAX, SweepPoint};
+use crate::map_correction::LearntFactors;
 
 /// Windows of a cruise.
 pub const WINDOWS: usize = 8;
@@ -28,6 +29,8 @@ pub enum Experiment {
         mode: DriveMode,
         /// Amplitude of the drive, 0 to 1.
         amplitude: f32,
+        /// Offset of the drive's frequency from the design's, in Hz.
+        offset_hz: f32,
     },
     /// Bursts one after the other, each from rest; the angle is measured before the first and after the last.
     Train {
@@ -35,6 +38,8 @@ pub enum Experiment {
         mode: DriveMode,
         /// Amplitude of the drive, 0 to 1.
         amplitude: f32,
+        /// As of a cruise.
+        offset_hz: f32,
         /// Length of each in ticks.
         ticks: u32,
         /// How many, 1 to [`TRAIN_MAX`].
@@ -53,16 +58,26 @@ impl Experiment {
         }
     }
 
+    /// Offset of the drive's frequency from the design's, in Hz: 0 of a sweep, which has many.
+    pub fn offset_hz(&self) -> f32 {
+        match *self {
+            Self::Sweep { .. } => 0.0,
+            Self::Cruise { offset_hz, .. } | Self::Train { offset_hz, .. } => offset_hz,
+        }
+    }
+
     /// The same, checked.
     ///
     /// # Errors
-    /// When the amplitude is not above 0 and at most 1, a burst is empty or longer than [`Self::BURST_TICKS_MAX`], or
-    /// there is none or more than [`TRAIN_MAX`] of them.
+    /// When the amplitude is not above 0 and at most 1, the offset exceeds [`LearntFactors::OFFSET_MAX_HZ`], a burst is
+    /// empty or longer than [`Self::BURST_TICKS_MAX`], or there is none or more than [`TRAIN_MAX`] of them.
     pub fn checked(self) -> Result<Self, OutOfBounds> {
         let (Self::Sweep { amplitude, .. } | Self::Cruise { amplitude, .. } | Self::Train { amplitude, .. }) =
             self;
         let least = f64::from(f32::MIN_POSITIVE);
         OutOfBounds::check("experiment.amplitude", amplitude.into(), least, 1.0, "")?;
+        let most_hz = f64::from(LearntFactors::OFFSET_MAX_HZ);
+        OutOfBounds::check("experiment.offset_hz", self.offset_hz().into(), -most_hz, most_hz, "Hz")?;
         if let Self::Train { ticks, count, .. } = self {
             let ticks_max = f64::from(Self::BURST_TICKS_MAX);
             OutOfBounds::check("experiment.ticks", ticks.into(), 1.0, ticks_max, "")?;
@@ -125,10 +140,13 @@ mod tests {
     #[test]
     fn exact_bounds_of_an_experiment() {
         let mode = DriveMode::C;
-        let train = |amplitude, ticks, count| Experiment::Train { mode, amplitude, ticks, count };
+        let train =
+            |amplitude, ticks, count| Experiment::Train { mode, amplitude, offset_hz: 0.0, ticks, count };
         for (refused, key) in [
             (Experiment::Sweep { mode, amplitude: 0.0 }, "experiment.amplitude"),
-            (Experiment::Cruise { mode, amplitude: 1.001 }, "experiment.amplitude"),
+            (Experiment::Cruise { mode, amplitude: 1.001, offset_hz: 0.0 }, "experiment.amplitude"),
+            (Experiment::Cruise { mode, amplitude: 1.0, offset_hz: 250.1 }, "experiment.offset_hz"),
+            (Experiment::Cruise { mode, amplitude: 1.0, offset_hz: f32::NAN }, "experiment.offset_hz"),
             (train(f32::NAN, 10, 1), "experiment.amplitude"),
             (train(1.0, 0, 1), "experiment.ticks"),
             (train(1.0, Experiment::BURST_TICKS_MAX + 1, 1), "experiment.ticks"),
@@ -139,7 +157,7 @@ mod tests {
         }
         for taken in [
             Experiment::Sweep { mode, amplitude: 1.0 },
-            Experiment::Cruise { mode, amplitude: 0.01 },
+            Experiment::Cruise { mode, amplitude: 0.01, offset_hz: -250.0 },
             train(1.0, 1, 1),
             train(0.5, Experiment::BURST_TICKS_MAX, TRAIN_MAX),
         ] {

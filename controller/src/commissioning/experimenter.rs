@@ -13,9 +13,9 @@
 //! It begins in `Resting`, and drives nothing that is not ordered. Nothing allocates or panics, and a tick takes little
 //! and bounded time: what to order next is decided elsewhere ([`super::Commissioning`]).
 
-use estimator::{Estimate, Health, Instruments, LdvSample, Reason};
+use estimator::{Estimate, Health, Instruments, LdvSample, Reason, ResonanceOffset};
 use heapless::Vec;
-use motor_model::{DriveCommand, Time};
+use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
 use super::experiment::{Experiment, Response, TurnWindow, WINDOWS};
 use super::result::CommissioningEnd;
@@ -32,6 +32,10 @@ const WINDOW_NANOS: u64 = 50_000_000;
 /// Drives in a row that may be cut because the estimate is lost. An assumption: at some drives a rotor that tilts is
 /// lost now and then.
 pub(super) const LOST_MAX: u8 = 8;
+/// Standard deviations within which a rotor lies where it lay. A normal error exceeds them once in 1.7 million drives.
+const UNMOVED_SIGMAS: f32 = 5.0;
+/// Standard deviation in Hz of the offset of an experiment from the resonance: that of a sweep in mode B.
+const FOUND_SD_HZ: f32 = 7.0;
 
 /// Tuning of the experiments.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,6 +83,9 @@ pub(super) struct CruiseRun {
     command: DriveCommand,
     along: f32,
     since: Time,
+    /// The rotor before it.
+    from: Angle,
+    from_rad2: f32,
     window: Option<WindowStart>,
 }
 
@@ -130,6 +137,22 @@ pub struct Experimenter {
     blind_since: Option<Time>,
     /// Drives in a row that were cut because the estimate was lost.
     lost: u8,
+    /// Where the resonances are, by the offsets of the experiments, and whether that is other than what was told.
+    resonances: [ResonanceOffset<f32>; 2],
+    moved: bool,
+}
+
+impl CruiseRun {
+    /// The estimate is lost at `now`.
+    fn lost_at(&self, now: Time) -> Pending {
+        let Self { along, from, from_rad2, since, .. } = *self;
+        Pending::Lost { along, from, from_rad2, driven_s: now.seconds_since(since) }
+    }
+}
+
+/// The drive of a cruise or a burst.
+fn tuned(mode: DriveMode, amplitude: f32, offset_hz: f32) -> DriveCommand {
+    DriveCommand::saturating(mode, amplitude).with_saturating_offset(offset_hz)
 }
 
 impl Experimenter {
@@ -145,6 +168,8 @@ impl Experimenter {
             windows: Vec::new(),
             blind_since: None,
             lost: 0,
+            resonances: [ResonanceOffset::NONE; 2],
+            moved: false,
         }
     }
 
@@ -215,7 +240,8 @@ impl Experimenter {
     }
 
     /// No usable estimate. A sweep needs none; any other experiment ends. Of a cruise the windows before it count, but
-    /// for the last one, at whose end the estimate may have been wrong; a train shows nothing.
+    /// for the last one, at whose end the estimate may have been wrong; one without windows shows a rotor that has not
+    /// turned at all, or nothing; a train shows nothing.
     fn wait(&mut self, now: Time) {
         if matches!(self.stage, Stage::Cruising(_) | Stage::Bursting(_)) {
             self.lost = self.lost.saturating_add(1);
@@ -234,7 +260,12 @@ impl Experimenter {
         } else if let Stage::Sweeping(_) = self.stage {
             self.sweep(now);
         } else {
-            self.stage = Stage::Resting(Resting::new(Pending::Nothing, now));
+            let pending = match &self.stage {
+                Stage::Cruising(run) if self.windows.is_empty() => run.lost_at(now),
+                Stage::Resting(resting @ Resting { pending: Pending::Lost { .. }, .. }) => resting.pending,
+                _ => Pending::Nothing,
+            };
+            self.stage = Stage::Resting(Resting::new(pending, now));
         }
     }
 
@@ -272,18 +303,44 @@ impl Experimenter {
         }
     }
 
+    /// The offsets of the resonances, if they are other than what was last told here: for the filter.
+    pub(crate) fn take_moved_resonances(&mut self) -> Option<[ResonanceOffset<f32>; 2]> {
+        core::mem::take(&mut self.moved).then_some(self.resonances)
+    }
+
+    /// Takes the offset of an experiment for that of the resonance of its mode.
+    fn retune(&mut self, experiment: &Experiment) {
+        let [clockwise, counter_clockwise] = &mut self.resonances;
+        let resonance = match experiment.mode() {
+            DriveMode::B => clockwise,
+            DriveMode::C => counter_clockwise,
+        };
+        let found = ResonanceOffset { hz: experiment.offset_hz(), hz2: FOUND_SD_HZ * FOUND_SD_HZ };
+        if !matches!(experiment, Experiment::Sweep { .. }) && (found.hz - resonance.hz).abs() > 0.0 {
+            (*resonance, self.moved) = (found, true);
+        }
+    }
+
     fn begin(&mut self, experiment: Experiment, now: Time, estimate: &Estimate<f32>) {
+        self.retune(&experiment);
         self.windows.clear();
         self.stage = match experiment {
             Experiment::Sweep { mode, amplitude } => {
                 Stage::Sweeping(Sweep::new(mode, amplitude, self.tuning.noise_m_s, now))
             }
-            Experiment::Cruise { mode, amplitude } => {
-                let command = DriveCommand::saturating(mode, amplitude);
-                Stage::Cruising(CruiseRun { command, along: direction(mode), since: now, window: None })
+            Experiment::Cruise { mode, amplitude, offset_hz } => {
+                let command = tuned(mode, amplitude, offset_hz);
+                Stage::Cruising(CruiseRun {
+                    command,
+                    along: direction(mode),
+                    since: now,
+                    from: estimate.angle,
+                    from_rad2: estimate.angle_rad2,
+                    window: None,
+                })
             }
-            Experiment::Train { mode, amplitude, ticks, count } => {
-                let command = DriveCommand::saturating(mode, amplitude);
+            Experiment::Train { mode, amplitude, offset_hz, ticks, count } => {
+                let command = tuned(mode, amplitude, offset_hz);
                 let train = Train::new(command, direction(mode), ticks, count, estimate);
                 Stage::Bursting(BurstRun { since: now, train })
             }
@@ -333,6 +390,22 @@ impl Experimenter {
             Pending::Nothing => {
                 // Where there is none, the estimate was lost.
                 self.response.get_or_insert(Response::Lost);
+            }
+            Pending::Lost { along, from, from_rad2, driven_s } => {
+                let window = TurnWindow {
+                    turned_rad: along * estimate.angle.radians_since::<f32>(from),
+                    turned_rad2: from_rad2 + estimate.angle_rad2,
+                    time_s: driven_s,
+                };
+                let limit_rad2 = UNMOVED_SIGMAS * UNMOVED_SIGMAS * window.turned_rad2;
+                let windows = Vec::from_slice(&[window]);
+                self.response = match windows {
+                    Ok(windows) if window.turned_rad * window.turned_rad < limit_rad2 => {
+                        self.lost = 0;
+                        Some(Response::Cruise { windows, rate_rad_s: 0.0, coast_rad: 0.0, to_rest_s: 0.0 })
+                    }
+                    _ => Some(Response::Lost),
+                };
             }
             Pending::Coast { along, cut, rate_rad_s } => {
                 let coast_rad = along * estimate.angle.radians_since::<f32>(cut);

@@ -28,6 +28,7 @@
 //! alone: at half of the velocity the peak of mode C is 100 Hz off the other way. Of a bounce that is weaker by
 //! [`WEAKER_MAX`] no resonance is found.
 
+use estimator::ResonanceOffset;
 use motor_model::{DriveMode, math};
 
 use super::map_factors::of_mode;
@@ -110,6 +111,23 @@ struct Curve {
     centre_hz: f64,
     half_width_hz: f64,
     squares: f64,
+}
+
+/// Standard deviation in Hz of the resonances of motors drawn around the design: half of Table 1's tolerance.
+const MOTORS_SD_HZ: f64 = 5.0;
+/// Standard deviations by which a resonance is another one than the design's beyond doubt.
+const BEYOND_DOUBT_SIGMAS: f64 = 3.0;
+
+impl Resonance {
+    /// The offset, if neither its error nor the difference of one motor from another explains it.
+    pub fn beyond_doubt(&self) -> Option<ResonanceOffset<f32>> {
+        let Self { offset_hz, offset_sd_hz, .. } = *self;
+        let variance = offset_sd_hz * offset_sd_hz;
+        let limit = BEYOND_DOUBT_SIGMAS * BEYOND_DOUBT_SIGMAS * (variance + MOTORS_SD_HZ * MOTORS_SD_HZ);
+        #[expect(clippy::cast_possible_truncation, reason = "single precision suffices")]
+        let found = ResonanceOffset { hz: offset_hz as f32, hz2: variance as f32 };
+        (offset_hz * offset_hz > limit).then_some(found)
+    }
 }
 
 type Symmetric = [[f64; 3]; 3];

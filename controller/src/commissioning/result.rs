@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use estimator::ResonanceOffset;
 use motor_model::DriveMode;
 
 use super::Commissioning;
@@ -11,6 +12,7 @@ use super::experimenter::LOST_MAX;
 use super::findings::{FindingKind, Findings};
 use super::map_factors::{MapFactors, Measured};
 use super::resonance::Resonance;
+use crate::map_correction::{LearntFactors, MapCorrection};
 use crate::move_forecast::MoveForecast;
 use crate::response_map::{Family, MapError, ResponseMap};
 use crate::target::Limits;
@@ -157,7 +159,12 @@ impl Commissioning {
         if findings.iter().filter(|finding| finding.kind == FindingKind::Dead).count() == 2 {
             return Err(Unfit::NothingTurns);
         }
-        let map = commissioned_map(prior, &self.evidence).map_err(Unfit::NoMap)?;
+        let mut map = commissioned_map(prior, &self.evidence).map_err(Unfit::NoMap)?;
+        let resonances = [DriveMode::B, DriveMode::C].map(|mode| self.resonance_offset(mode));
+        if resonances != [ResonanceOffset::NONE; 2] {
+            let factors = LearntFactors::new(&MapCorrection::of(&map), resonances);
+            map.set_learnt(factors).map_err(Unfit::NoMap)?;
+        }
         if !findings.is_of_use(DriveMode::C) || map.bursts(Family::Step).is_empty() {
             let why =
                 findings.iter().find(|finding| finding.mode == DriveMode::C).map(|finding| finding.kind);

@@ -82,6 +82,13 @@ pub(super) enum Pending {
     },
     /// The turn of a train.
     Turn(Train),
+    /// Whether the rotor has turned at all in a drive in which the estimate was lost.
+    Lost {
+        along: f32,
+        from: Angle,
+        from_rad2: f32,
+        driven_s: f32,
+    },
 }
 
 /// A rotor with the drive off.
@@ -109,7 +116,7 @@ impl Resting {
     /// The turn in rad so far.
     fn turned_rad(&self, estimate: &Estimate<f32>) -> f32 {
         match &self.pending {
-            Pending::Nothing => f32::INFINITY,
+            Pending::Nothing | Pending::Lost { .. } => f32::INFINITY,
             Pending::Coast { cut, .. } => estimate.angle.radians_since(*cut),
             Pending::Turn(train) => estimate.angle.radians_since(train.from),
         }

@@ -98,8 +98,7 @@ impl Sweep {
 
     /// The drive.
     pub fn command(&self) -> DriveCommand {
-        let command = DriveCommand::saturating(self.mode, self.amplitude);
-        command.with_frequency_offset(self.offset_hz()).unwrap_or(command)
+        DriveCommand::saturating(self.mode, self.amplitude).with_saturating_offset(self.offset_hz())
     }
 
     /// Takes a sample. One that is no finite number does not count.

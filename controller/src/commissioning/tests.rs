@@ -220,7 +220,7 @@ fn law_what_is_not_ordered_is_not_driven() {
 #[test]
 fn exact_a_train_is_driven_as_ordered() {
     let (mut experimenter, mut now, estimate) = ready();
-    let train = Experiment::Train { mode: DriveMode::C, amplitude: 0.5, ticks: 7, count: 3 };
+    let train = Experiment::Train { mode: DriveMode::C, amplitude: 0.5, offset_hz: 0.0, ticks: 7, count: 3 };
     assert!(experimenter.order(train));
     let (mut bursts, mut driven) = (std::vec::Vec::new(), 0);
     while experimenter.phase() != ExperimentPhase::Ready {
@@ -231,7 +231,11 @@ fn exact_a_train_is_driven_as_ordered() {
         } else {
             assert_eq!((command.mode(), command.amplitude()), (Some(DriveMode::C), 0.5));
             driven += 1;
-            assert!(!experimenter.order(Experiment::Cruise { mode: DriveMode::B, amplitude: 1.0 }));
+            assert!(!experimenter.order(Experiment::Cruise {
+                mode: DriveMode::B,
+                amplitude: 1.0,
+                offset_hz: 0.0
+            }));
         }
         now = now.plus_nanos(crate::TICK_NANOS);
     }
@@ -250,9 +254,13 @@ fn exact_a_train_is_driven_as_ordered() {
 /// A drive is off in the tick that loses the estimate, and its response is none. Too many of them are the end.
 #[test]
 fn law_a_drive_that_loses_the_estimate_shows_nothing() {
-    let (mut experimenter, mut now, estimate) = ready();
+    let (mut experimenter, mut now, mut estimate) = ready();
     for lost in 1..=9 {
-        assert!(experimenter.order(Experiment::Cruise { mode: DriveMode::B, amplitude: 1.0 }));
+        assert!(experimenter.order(Experiment::Cruise {
+            mode: DriveMode::B,
+            amplitude: 1.0,
+            offset_hz: 0.0
+        }));
         while experimenter.phase() != ExperimentPhase::Cruising {
             experimenter.decide(now, Some(&estimate), Health::Good);
             now = now.plus_nanos(crate::TICK_NANOS);
@@ -261,6 +269,8 @@ fn law_a_drive_that_loses_the_estimate_shows_nothing() {
         if lost == 9 {
             break;
         }
+        // Where it is found again it did not lie before.
+        estimate.angle = estimate.angle.plus(Angle::from_degrees(1.0));
         while experimenter.phase() != ExperimentPhase::Ready {
             now = now.plus_nanos(crate::TICK_NANOS);
             assert_eq!(experimenter.decide(now, Some(&estimate), Health::Good), DriveCommand::OFF);
@@ -273,10 +283,14 @@ fn law_a_drive_that_loses_the_estimate_shows_nothing() {
 /// Of a cruise that loses the estimate the windows before it are kept, but for the last: they have no coast.
 #[test]
 fn law_a_cruise_that_loses_the_estimate_keeps_the_windows_before() {
-    let (mut experimenter, mut now, estimate) = ready();
+    let (mut experimenter, mut now, mut estimate) = ready();
     // Spin-up of 150 ms, the wait for a frame, and four windows of 50 ms and a part of one; or one and a part.
     for (driven_nanos, windows) in [(370_000_000, Some(3)), (240_000_000, None)] {
-        assert!(experimenter.order(Experiment::Cruise { mode: DriveMode::B, amplitude: 1.0 }));
+        assert!(experimenter.order(Experiment::Cruise {
+            mode: DriveMode::B,
+            amplitude: 1.0,
+            offset_hz: 0.0
+        }));
         experimenter.decide(now, Some(&estimate), Health::Good);
         let begun = now;
         while now.nanos_since(begun) < driven_nanos {
@@ -285,6 +299,7 @@ fn law_a_cruise_that_loses_the_estimate_keeps_the_windows_before() {
         }
         assert_eq!(experimenter.phase(), ExperimentPhase::Cruising);
         assert_eq!(experimenter.decide(now, None, Health::Waiting), DriveCommand::OFF);
+        estimate.angle = estimate.angle.plus(Angle::from_degrees(1.0));
         while experimenter.phase() != ExperimentPhase::Ready {
             now = now.plus_nanos(crate::TICK_NANOS);
             experimenter.decide(now, Some(&estimate), Health::Good);
@@ -294,6 +309,40 @@ fn law_a_cruise_that_loses_the_estimate_keeps_the_windows_before() {
             _ => None,
         };
         assert_eq!(kept, windows, "{driven_nanos}");
+    }
+}
+
+/// A rotor that lies where it lay after a drive that lost the estimate was not turned: that is a window as long as the
+/// drive, however often it happens, also where the estimate is lost again meanwhile.
+#[test]
+fn law_a_rotor_that_was_not_turned_is_told_from_one_that_was_lost() {
+    let (mut experimenter, mut now, estimate) = ready();
+    for number in 1..=12 {
+        assert!(experimenter.order(Experiment::Cruise {
+            mode: DriveMode::B,
+            amplitude: 1.0,
+            offset_hz: 0.0
+        }));
+        experimenter.decide(now, Some(&estimate), Health::Good);
+        let begun = now;
+        while now.nanos_since(begun) < 4_000_000 {
+            now = now.plus_nanos(crate::TICK_NANOS);
+            experimenter.decide(now, Some(&estimate), Health::Good);
+        }
+        for health in [Health::Waiting, Health::Good, Health::Waiting] {
+            let seen = Some(&estimate).filter(|_| health == Health::Good);
+            assert_eq!(experimenter.decide(now, seen, health), DriveCommand::OFF);
+        }
+        while experimenter.phase() != ExperimentPhase::Ready {
+            assert_eq!(experimenter.phase(), ExperimentPhase::Resting, "{number}");
+            now = now.plus_nanos(crate::TICK_NANOS);
+            experimenter.decide(now, Some(&estimate), Health::Good);
+        }
+        let Some(Response::Cruise { windows, .. }) = experimenter.response() else {
+            panic!("{number}: {:?}", experimenter.response())
+        };
+        let [window] = windows[..] else { panic!("{number}: {windows:?}") };
+        assert!(window.turned_rad.abs() < 1e-9 && (window.time_s - 4e-3).abs() < 1e-6, "{window:?}");
     }
 }
 
@@ -337,6 +386,7 @@ fn law_drives_that_lose_the_estimate_count_in_a_row() {
         assert!(experimenter.order(Experiment::Train {
             mode: DriveMode::C,
             amplitude: 1.0,
+            offset_hz: 0.0,
             ticks: 9,
             count: 1
         }));
@@ -357,7 +407,13 @@ fn law_drives_that_lose_the_estimate_count_in_a_row() {
 #[test]
 fn law_a_silent_camera_is_told_from_a_rotor_that_never_rests() {
     let (mut experimenter, mut now, estimate) = ready();
-    assert!(experimenter.order(Experiment::Train { mode: DriveMode::C, amplitude: 1.0, ticks: 9, count: 1 }));
+    assert!(experimenter.order(Experiment::Train {
+        mode: DriveMode::C,
+        amplitude: 1.0,
+        offset_hz: 0.0,
+        ticks: 9,
+        count: 1
+    }));
     let wide = Health::Unusable(estimator::Reason::Uncertain);
     for tick in 0..500_000 {
         now = now.plus_nanos(crate::TICK_NANOS);
@@ -371,7 +427,7 @@ fn law_a_silent_camera_is_told_from_a_rotor_that_never_rests() {
 #[test]
 fn law_an_order_waits_for_a_good_estimate() {
     let (mut experimenter, mut now, estimate) = ready();
-    assert!(experimenter.order(Experiment::Cruise { mode: DriveMode::C, amplitude: 1.0 }));
+    assert!(experimenter.order(Experiment::Cruise { mode: DriveMode::C, amplitude: 1.0, offset_hz: 0.0 }));
     let wide = Health::Unusable(estimator::Reason::Uncertain);
     for _ in 0..1000 {
         assert_eq!(experimenter.decide(now, Some(&estimate), wide), DriveCommand::OFF);

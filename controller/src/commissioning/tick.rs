@@ -68,6 +68,9 @@ pub fn tick_experiment<'d, F: AngleFilter<f32>, P: Sense + Drive>(
     let mut heard = Heard { ports: &mut *ports, experimenter: &mut *experimenter };
     let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, &mut heard);
     let command = experimenter.decide(acts_at, estimate.as_ref(), health);
+    if let Some(offsets) = experimenter.take_moved_resonances() {
+        filter.retune(&offsets);
+    }
     let applied = ports.drive(command);
     let report = in_flight.exchange(latency_ticks, |decision| {
         decision.estimate = estimate;

@@ -1,5 +1,6 @@
 //! What moves have learnt of one motor, as plain data: to be kept with its map, and to begin the next move with.
 
+use estimator::ResonanceOffset;
 use motor_model::{DriveMode, math};
 
 use super::MapCorrection;
@@ -23,6 +24,9 @@ pub struct LearntFactors {
     pub step_walk_covariance: f32,
     /// Of the rates in modes B and C.
     pub rates: [LearntFactor; 2],
+    /// Where the resonances of modes B and C are: the offsets of the drive from the design's, at most
+    /// [`Self::OFFSET_MAX_HZ`] in magnitude.
+    pub resonances: [ResonanceOffset<f32>; 2],
 }
 
 /// Part by which a covariance may exceed the root of the product of the variances: rounding in `f32`.
@@ -37,6 +41,8 @@ pub enum LearntField {
     Rate(DriveMode),
     /// [`LearntFactors::step_walk_covariance`].
     Covariance,
+    /// The offset of a mode's resonance, or its variance.
+    Resonance(DriveMode),
 }
 
 impl LearntField {
@@ -47,6 +53,8 @@ impl LearntField {
             Self::Rate(DriveMode::B) => "rate_b",
             Self::Rate(DriveMode::C) => "rate_c",
             Self::Covariance => "step_walk_covariance",
+            Self::Resonance(DriveMode::B) => "resonance_b",
+            Self::Resonance(DriveMode::C) => "resonance_c",
         }
     }
 
@@ -70,17 +78,34 @@ impl LearntFactors {
         }
         let [step, walk, ..] = &self.bursts;
         let most = (1.0 + ROUNDING) * math::sqrt_f32(step.variance) * math::sqrt_f32(walk.variance);
-        LearntField::Covariance.within(self.step_walk_covariance, -most, most)
+        LearntField::Covariance.within(self.step_walk_covariance, -most, most)?;
+        let modes = [DriveMode::B, DriveMode::C].into_iter().map(LearntField::Resonance);
+        for (field, offset) in modes.zip(&self.resonances) {
+            field.within(offset.hz, -Self::OFFSET_MAX_HZ, Self::OFFSET_MAX_HZ)?;
+            field.within(offset.hz2, 0.0, f32::MAX)?;
+        }
+        Ok(())
     }
-}
 
-impl From<&MapCorrection> for LearntFactors {
-    fn from(correction: &MapCorrection) -> Self {
+    /// Largest magnitude of the offset of a resonance in Hz: 4 % of that of mode B. Tracking and commissioning stay
+    /// within 2.5 %.
+    pub const OFFSET_MAX_HZ: f32 = 250.0;
+
+    /// The factors of `correction`, beside `resonances`.
+    pub fn new(correction: &MapCorrection, resonances: [ResonanceOffset<f32>; 2]) -> Self {
         Self {
             bursts: Family::ALL.map(|family| correction.factor(family)),
             step_walk_covariance: correction.step_walk,
             rates: correction.rates,
+            resonances,
         }
+    }
+}
+
+/// With the resonances of the design.
+impl From<&MapCorrection> for LearntFactors {
+    fn from(correction: &MapCorrection) -> Self {
+        Self::new(correction, [ResonanceOffset::NONE; 2])
     }
 }
 
@@ -91,7 +116,7 @@ impl TryFrom<LearntFactors> for MapCorrection {
     /// When a factor is outside of its bounds, or not finite.
     fn try_from(factors: LearntFactors) -> Result<Self, MapError> {
         factors.check()?;
-        let LearntFactors { bursts, step_walk_covariance, rates } = factors;
+        let LearntFactors { bursts, step_walk_covariance, rates, resonances: _ } = factors;
         Ok(Self { families: PerFamily::of(bursts), step_walk: step_walk_covariance, rates })
     }
 }
@@ -107,7 +132,8 @@ mod tests {
             let burst = *ResponseMap::table_1().middle(family).unwrap();
             correction.learn(family, &burst, 1.1 * burst.turn_rad, 1e-4 * burst.turn_rad * burst.turn_rad);
         }
-        LearntFactors::from(&correction)
+        let resonances = [31.0, -12.5].map(|hz| ResonanceOffset { hz, hz2: 40.0 });
+        LearntFactors::new(&correction, resonances)
     }
 
     /// A move begins with what was learnt, to the last bit, and without it with the spread of the map's motors.
@@ -115,7 +141,7 @@ mod tests {
     fn exact_what_was_learnt_comes_back() {
         let map = ResponseMap::table_1();
         let kept = map.with_learnt(learnt()).unwrap();
-        assert_eq!(LearntFactors::from(&MapCorrection::of(&kept)), learnt());
+        assert_eq!(LearntFactors::new(&MapCorrection::of(&kept), *kept.resonances()), learnt());
         assert_eq!(kept.learnt(), Some(learnt()));
         assert_ne!(MapCorrection::of(&kept), MapCorrection::of(map));
         assert!(map.learnt().is_none() && kept != *map);
@@ -146,6 +172,14 @@ mod tests {
         }
         for wrong in [0.1, -0.1, f32::NAN] {
             refused(&|factors| factors.step_walk_covariance = wrong, LearntField::Covariance);
+        }
+        for (index, mode) in [DriveMode::B, DriveMode::C].into_iter().enumerate() {
+            for wrong in [-250.1, 250.1, f32::NAN] {
+                refused(&|factors| factors.resonances[index].hz = wrong, LearntField::Resonance(mode));
+            }
+            for wrong in [-1e-9, f32::NAN, f32::INFINITY] {
+                refused(&|factors| factors.resonances[index].hz2 = wrong, LearntField::Resonance(mode));
+            }
         }
     }
 }

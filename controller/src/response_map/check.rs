@@ -2,13 +2,14 @@
 
 use core::fmt;
 
+use estimator::ResonanceOffset;
 use motor_model::{DriveMode, MotorParams};
 
 use crate::map_correction::LearntField;
 
 use super::{
     BURSTS_MAX, Burst, CRUISES_MAX, Cruise, Family, PerFamily, ResponseMap, burst_rows, clockwise,
-    cruise_rows, direction,
+    cruise_rows, direction, half_widths_hz,
 };
 
 /// Longest burst of a map in ticks: ten seconds.
@@ -215,6 +216,8 @@ impl ResponseMap {
             cruise_from_rad: [f32::INFINITY; 2],
             stride_from_rad: f32::INFINITY,
             correction: None,
+            resonances: [ResonanceOffset::NONE; 2],
+            half_widths_hz: half_widths_hz(&design),
         }
     }
 

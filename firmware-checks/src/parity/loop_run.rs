@@ -8,6 +8,7 @@
 
 use core::fmt;
 
+use controller::resonance_tracker::ResonanceTracker;
 use controller::{
     Drive, InFlight, PositionLoop, Positioning, PositioningTuning, ResponseMap, Sense, Target, TickReport,
     tick_by,
@@ -70,6 +71,7 @@ pub type LoopMemory = Option<SelectedFilter>;
 pub(crate) struct LoopParts<'m> {
     pub(crate) filter: &'m mut SelectedFilter,
     positioning: Positioning,
+    tracker: ResonanceTracker,
     in_flight: InFlight<TickReport>,
 }
 
@@ -80,8 +82,8 @@ pub(crate) fn tick_parts<'a>(
     now: Time,
     instruments: &mut TwinInstruments,
 ) -> &'a TickReport {
-    let LoopParts { filter, positioning, in_flight } = parts;
-    tick_by(ResponseMap::table_1(), &mut **filter, positioning, in_flight, now, instruments)
+    let LoopParts { filter, positioning, tracker, in_flight } = parts;
+    tick_by(ResponseMap::table_1(), &mut **filter, positioning, tracker, in_flight, now, instruments)
 }
 
 /// Result of the run. Its text is that of the program: one `key value` a line.
@@ -177,7 +179,8 @@ pub(crate) fn build_loop(
 ) -> Result<LoopParts<'_>, OutOfBounds> {
     let filter = SelectedFilter::build(memory, kind, &MotorParams::nominal(), &Instruments::default())?;
     let positioning = Positioning::new(ResponseMap::table_1(), target, PositioningTuning::default(), now);
-    Ok(LoopParts { filter, positioning, in_flight: InFlight::new() })
+    let tracker = ResonanceTracker::of(ResponseMap::table_1());
+    Ok(LoopParts { filter, positioning, tracker, in_flight: InFlight::new() })
 }
 
 /// Camera and vibrometer of the twin, and an amplifier without limits.

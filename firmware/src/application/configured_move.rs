@@ -4,6 +4,7 @@
 //! The host describes its bench first, instruments, motor and map, and then configures the task on it.
 
 use controller::commissioning::ExperimentReport;
+use controller::resonance_tracker::ResonanceTracker;
 use controller::{
     Drive, InFlight, LATENCY_TICKS_MAX, Limits, Positioning, PositioningTuning, RateReport, ResponseMap,
     Sense, Target, TickReport, tick_by,
@@ -164,6 +165,7 @@ impl Configured {
         };
         SelectedFilter::build(&mut memory.filter, asked.filter(), &bench.design, &bench.instruments)?;
         memory.configured = Some(configured);
+        memory.tracker = memory.map.map().ok().map(ResonanceTracker::of);
         Ok(())
     }
 
@@ -241,26 +243,35 @@ pub struct MoveMemory {
     pub(super) configured: Option<Configured>,
     pub(super) filter: Option<SelectedFilter>,
     pub(super) map: MapMemory,
+    /// Of the motor that the map describes.
+    pub(super) tracker: Option<ResonanceTracker>,
     pub(super) in_flight: Decisions,
 }
 
 impl MoveMemory {
     /// No task, and the map of Table 1.
     pub const fn new() -> Self {
-        Self { configured: None, filter: None, map: MapMemory::new(), in_flight: Decisions::NONE }
+        Self {
+            configured: None,
+            filter: None,
+            map: MapMemory::new(),
+            tracker: None,
+            in_flight: Decisions::NONE,
+        }
     }
 
     /// A tick of the loop of the configured task; nothing without one.
     #[inline]
     pub(super) fn tick(&mut self, now: Time, ports: &mut (impl Sense + Drive)) -> Option<LoopReport<'_>> {
-        let Self { configured, filter, map, in_flight } = self;
+        let Self { configured, filter, map, tracker, in_flight } = self;
         let (configured, filter, map) = (configured.as_mut()?, filter.as_mut()?, map.map().ok()?);
+        let tracker = tracker.as_mut()?;
         Some(match (configured, in_flight) {
             (Configured::Move(Move { positioning, .. }), Decisions::Move(in_flight)) => {
-                LoopReport::Move(tick_by(map, filter, positioning, in_flight, now, ports))
+                LoopReport::Move(tick_by(map, filter, positioning, tracker, in_flight, now, ports))
             }
             (Configured::Rate(rate), Decisions::Rate(in_flight)) => {
-                rate.tick(map, filter, in_flight, now, ports)
+                rate.tick(map, filter, tracker, in_flight, now, ports)
             }
             (Configured::Experiments(experiments), Decisions::Experiments(in_flight)) => {
                 experiments.tick(filter, in_flight, now, ports)

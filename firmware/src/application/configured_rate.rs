@@ -2,6 +2,7 @@
 //! off, and the loop goes on estimating and reporting.
 
 use controller::rate::{Dwell, RateHold, RateTuning};
+use controller::resonance_tracker::ResonanceTracker;
 use controller::{Drive, InFlight, RateReport, ResponseMap, Sense, tick_rate_by};
 use link::{RateConfiguration, RatePhase};
 use motor_model::{Angle, Time};
@@ -52,6 +53,7 @@ impl Rate {
         &mut self,
         map: &ResponseMap,
         filter: &mut SelectedFilter,
+        tracker: &mut ResonanceTracker,
         in_flight: &'d mut InFlight<RateReport>,
         now: Time,
         ports: &mut (impl Sense + Drive),
@@ -62,7 +64,7 @@ impl Rate {
             self.is_over = true;
             self.hold = RateHold::new(Dwell::REST, self.tuning, now);
         }
-        let report = tick_rate_by(map, filter, &mut self.hold, in_flight, now, ports);
+        let report = tick_rate_by(map, filter, &mut self.hold, tracker, in_flight, now, ports);
         let phase = if self.is_over { RatePhase::Over } else { RatePhase::from(&*report) };
         LoopReport::Rate { report, phase }
     }

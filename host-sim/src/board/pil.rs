@@ -206,7 +206,7 @@ pub fn run_with(
     let (mut steps, mut learnt) = (0, None);
     let outcome = position::run_with(scene, |closed_loop, moment| {
         steps += 1;
-        learnt = Some(LearntFactors::from(closed_loop.program().positioning().correction()));
+        learnt = Some(closed_loop.program().learnt());
         let compared = compared(processor, closed_loop, moment, steps, scene.seed()).and_then(|found| {
             observe(moment)?;
             found.map_or(Ok(()), |difference| Err(difference.into()))

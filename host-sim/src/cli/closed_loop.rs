@@ -98,7 +98,7 @@ impl PositionArgs {
             notes.take().into_iter().flatten().flatten().for_each(|note| progress::note(&note));
             trace.take(moment);
             if learning.is_some() {
-                learnt = Some(closed_loop.program().positioning().correction().into());
+                learnt = Some(closed_loop.program().learnt());
             }
             if let Some(beside) = &mut beside {
                 beside.observe(&closed_loop.record(moment))?;

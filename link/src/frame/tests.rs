@@ -52,7 +52,11 @@ const RATE: RateConfiguration = RateConfiguration {
 const COMMAND: CommandRecord =
     CommandRecord { mode: Coded::from_number(1), amplitude: 0.5, frequency_offset_hz: 12.5 };
 
-const LEARNT: LearntRecord = LearntRecord { factors: [[1.25, 1e-3]; 7], step_walk_covariance: -5e-4 };
+const LEARNT: LearntRecord = LearntRecord {
+    factors: [[1.25, 1e-3]; 7],
+    step_walk_covariance: -5e-4,
+    resonances: [[31.5, 40.0], [-20.0, 90.0]],
+};
 
 const VELOCITY: VelocitySums = VelocitySums {
     samples: 20_000,
@@ -70,7 +74,7 @@ const LIMITS: RateLimitsRecord = RateLimitsRecord {
 
 fn experiment(drive: ExperimentDrive) -> HostMessage {
     let mode = Some(DriveMode::C).into();
-    HostMessage::Experiment(ExperimentRecord { number: 300, mode, amplitude: 0.75, drive })
+    HostMessage::Experiment(ExperimentRecord { number: 300, mode, amplitude: 0.75, offset_hz: -62.5, drive })
 }
 
 fn response(shown: ShownRecord) -> BoardMessage {
@@ -280,7 +284,7 @@ fn experiment_messages() -> [BoardMessage; 7] {
 
 /// The versions whose frames have a file, and the digest of that file, a CRC-64. A line here is never changed: a board
 /// of that version speaks so. Other frames are another version, with a file and a line of its own.
-const LANDED: [(u8, u64); 1] = [(11, 0x3615_77cd_ce3f_ae57)];
+const LANDED: [(u8, u64); 2] = [(11, 0x3615_77cd_ce3f_ae57), (12, 0x7e01_c39b_7b1d_da43)];
 
 /// The frames of this version are those of its file, byte for byte. Where they have to change, [`VERSION`] goes up and
 /// the new frames get a file of their own.
@@ -377,7 +381,7 @@ fn exact_another_version_is_told_from_damage() {
     let length = cobs::encode(&content, &mut frame);
     let decoded = decode::<HostMessage>(&mut frame[..length]);
     assert_eq!(decoded, Err(FrameError::Version { theirs: VERSION + 1 }));
-    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 12, expected 11");
+    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 13, expected 12");
 }
 
 /// A million frames, each damaged in one of five ways, on one line: none but whole ones are accepted.

@@ -16,6 +16,7 @@
 //! [learnt]            # of the map of one motor: what its moves have learnt (controller::map_correction), all or none
 //! step = { value = 1.12, variance = 4.1e-4 }
 //! step_walk_covariance = 3.2e-4
+//! resonance_b = { offset_hz = 58.0, variance_hz2 = 49.0 }   # from the design's frequency; 0 where it is missing
 //! ```
 //!
 //! JSON has the same names in the same tables. Either is checked by the same rules, and a refusal names the line.
@@ -28,6 +29,7 @@ use std::path::Path;
 use controller::ResponseMap;
 use controller::map_correction::{LearntFactor, LearntFactors};
 use controller::response_map::{Burst, Cruise, Family, MapError, MapPlace};
+use estimator::ResonanceOffset;
 use motor_model::{DriveMode, MotorParams, Parameter};
 use serde::{Deserialize, Serialize};
 
@@ -57,6 +59,10 @@ struct LearntTable {
     rate_b: FactorLine,
     rate_c: FactorLine,
     step_walk_covariance: f32,
+    #[serde(default)]
+    resonance_b: ResonanceLine,
+    #[serde(default)]
+    resonance_c: ResonanceLine,
 }
 
 #[derive(Clone, Copy, Serialize, Deserialize)]
@@ -64,6 +70,13 @@ struct LearntTable {
 struct FactorLine {
     value: f32,
     variance: f32,
+}
+
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ResonanceLine {
+    offset_hz: f32,
+    variance_hz2: f32,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -115,23 +128,48 @@ impl From<LearntFactor> for FactorLine {
     }
 }
 
+impl From<ResonanceLine> for ResonanceOffset<f32> {
+    fn from(ResonanceLine { offset_hz, variance_hz2 }: ResonanceLine) -> Self {
+        Self { hz: offset_hz, hz2: variance_hz2 }
+    }
+}
+
+impl From<ResonanceOffset<f32>> for ResonanceLine {
+    fn from(ResonanceOffset { hz, hz2 }: ResonanceOffset<f32>) -> Self {
+        Self { offset_hz: hz, variance_hz2: hz2 }
+    }
+}
+
 impl From<LearntTable> for LearntFactors {
     fn from(table: LearntTable) -> Self {
-        let LearntTable { step, walk, stride, nudge, throw, rate_b, rate_c, step_walk_covariance } = table;
+        let LearntTable { step, walk, stride, nudge, throw, rate_b, rate_c, .. } = table;
         Self {
             bursts: [step, walk, stride, nudge, throw].map(Into::into),
-            step_walk_covariance,
+            step_walk_covariance: table.step_walk_covariance,
             rates: [rate_b, rate_c].map(Into::into),
+            resonances: [table.resonance_b, table.resonance_c].map(Into::into),
         }
     }
 }
 
 impl From<LearntFactors> for LearntTable {
     fn from(factors: LearntFactors) -> Self {
-        let LearntFactors { bursts, step_walk_covariance, rates } = factors;
+        let LearntFactors { bursts, step_walk_covariance, rates, resonances } = factors;
         let ([step, walk, stride, nudge, throw], [rate_b, rate_c]) =
             (bursts.map(Into::into), rates.map(Into::into));
-        Self { step, walk, stride, nudge, throw, rate_b, rate_c, step_walk_covariance }
+        let [resonance_b, resonance_c] = resonances.map(Into::into);
+        Self {
+            step,
+            walk,
+            stride,
+            nudge,
+            throw,
+            rate_b,
+            rate_c,
+            step_walk_covariance,
+            resonance_b,
+            resonance_c,
+        }
     }
 }
 

@@ -56,7 +56,8 @@ fn taken(number: u16) -> [BoardMessage; 1] {
     [BoardMessage::ExperimentTaken { number }]
 }
 
-const TRAIN: Experiment = Experiment::Train { mode: DriveMode::C, amplitude: 0.5, ticks: 30, count: 4 };
+const TRAIN: Experiment =
+    Experiment::Train { mode: DriveMode::C, amplitude: 0.5, offset_hz: 0.0, ticks: 30, count: 4 };
 
 /// Every report of a train and a sweep is that of the controller's own loop on the same measurements, to the last bit,
 /// without a latency and with one. So are the responses.
@@ -142,7 +143,10 @@ fn law_orders_come_one_by_one_and_a_lost_answer_is_asked_again() {
 fn law_a_stop_ends_an_experiment_and_arming_begins_anew() {
     let mut bench = Bench::armed_for_experiments();
     bench.rest_until(ExperimentPhase::Ready);
-    assert_eq!(bench.order(1, Experiment::Cruise { mode: DriveMode::B, amplitude: 1.0 }), taken(1));
+    assert_eq!(
+        bench.order(1, Experiment::Cruise { mode: DriveMode::B, amplitude: 1.0, offset_hz: 0.0 }),
+        taken(1)
+    );
     bench.rest_until(ExperimentPhase::Cruising);
     assert!(!bench.off());
     assert_eq!(bench.exchange(&HostMessage::Stop), [BoardMessage::Stopped]);

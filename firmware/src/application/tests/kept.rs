@@ -1,7 +1,7 @@
 //! The description that is kept: by whom it is in force, and when it is refused.
 
 use controller::map_correction::{LearntFactor, LearntFactors};
-use estimator::{CameraDescription, Instruments};
+use estimator::{CameraDescription, Instruments, ResonanceOffset};
 use link::{
     DescriptionDigest, DescriptionDigests, KeptDescription, MapFault, MotorParameterRecord,
     description_messages,
@@ -78,7 +78,12 @@ fn description(rows: u8) -> Vec<HostMessage> {
     let instruments = Instruments { camera, vibrometer: None };
     let design = other_design();
     let factor = LearntFactor { value: 1.25, variance: 1e-3 };
-    let learnt = LearntFactors { bursts: [factor; 5], step_walk_covariance: 5e-4, rates: [factor; 2] };
+    let learnt = LearntFactors {
+        bursts: [factor; 5],
+        step_walk_covariance: 5e-4,
+        rates: [factor; 2],
+        resonances: [ResonanceOffset { hz: 31.5, hz2: 40.0 }, ResonanceOffset { hz: -20.0, hz2: 90.0 }],
+    };
     let map = map_of(design, rows).with_learnt(learnt).expect("within its bounds");
     description_messages(&design, instruments, 7, Some(&map)).collect()
 }

@@ -1,13 +1,19 @@
 //! What moves have learnt of the motor: in with the map, out by a question.
 
 use controller::map_correction::{LearntFactor, LearntFactors};
+use estimator::ResonanceOffset;
 use link::{LearntRecord, MapFault, RateConfiguration, RateLimitsRecord, map_messages};
 
 use super::*;
 
 fn factors(value: f32) -> LearntFactors {
     let factor = LearntFactor { value, variance: 1e-3 };
-    LearntFactors { bursts: [factor; 5], step_walk_covariance: 5e-4, rates: [factor; 2] }
+    LearntFactors {
+        bursts: [factor; 5],
+        step_walk_covariance: 5e-4,
+        rates: [factor; 2],
+        resonances: [ResonanceOffset { hz: 31.5, hz2: 40.0 }, ResonanceOffset { hz: -20.0, hz2: 90.0 }],
+    }
 }
 
 fn told(factors: LearntFactors) -> [BoardMessage; 1] {
@@ -36,7 +42,7 @@ fn exact_a_move_begins_with_what_was_learnt() {
     assert!(prior.factors.iter().all(|[value, _]| value.to_bits() == 1.0_f32.to_bits()), "{prior:?}");
 }
 
-/// What no motor has is refused, and leaves what came before it; a rate learns nothing.
+/// What no motor has is refused, and leaves what came before it; a rate tells it as well.
 #[test]
 fn law_what_no_motor_has_is_refused() {
     let mut bench = Bench::new();
@@ -60,5 +66,5 @@ fn law_what_no_motor_has_is_refused() {
     let filter = MOVE.filter;
     let rate = RateConfiguration { filter, rate_deg_s: 50.0, duration_nanos: 1_000_000_000, limits };
     assert_eq!(bench.exchange(&HostMessage::ConfigureRate(rate)), [BoardMessage::Configured]);
-    assert_eq!(bench.exchange(&HostMessage::Learnt), [BoardMessage::Fault(BoardFault::NoMove)]);
+    assert_eq!(bench.exchange(&HostMessage::Learnt), told(factors(1.25)));
 }

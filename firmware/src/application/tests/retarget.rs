@@ -1,5 +1,6 @@
 //! Another target for the move under way.
 
+use controller::resonance_tracker::ResonanceTracker;
 use controller::{InFlight, Limits, Positioning, PositioningPhase, PositioningTuning, Target, tick_by};
 use estimator::{AngleFilter as _, ConstantRate, ConstantRateTuning, Health, Instruments};
 use link::{PhaseRecord, RateConfiguration, RateLimitsRecord, TargetRecord};
@@ -30,6 +31,7 @@ fn dual_a_board_moves_on_as_the_controllers_loop_does() {
     let (map, target) =
         (ResponseMap::table_1(), Target::try_new(MOVE.target_deg, MOVE.tolerance_deg).unwrap());
     let mut own = Positioning::new(map, target, tuning, Time::ZERO);
+    let mut tracker = ResonanceTracker::of(map);
     let mut in_flight = InFlight::new();
     let mut modes = Vec::new();
     for tick in 1..=6000_u64 {
@@ -57,6 +59,7 @@ fn dual_a_board_moves_on_as_the_controllers_loop_does() {
             map,
             &mut filter,
             &mut own,
+            &mut tracker,
             &mut in_flight,
             time(tick),
             &mut measured,

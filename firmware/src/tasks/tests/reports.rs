@@ -12,7 +12,7 @@ use super::*;
 fn exact_every_change_of_the_drive_is_reported() {
     let experiments =
         ExperimentsConfiguration { filter: FilterKind::ConstantRate, time_max_nanos: 60_000_000_000 };
-    let train = Experiment::Train { mode: DriveMode::C, amplitude: 0.5, ticks: 30, count: 4 };
+    let train = Experiment::Train { mode: DriveMode::C, amplitude: 0.5, offset_hz: 0.0, ticks: 30, count: 4 };
     let mut bench = Bench::new();
     for message in [HostMessage::Hello, HostMessage::ConfigureExperiments(experiments), HostMessage::Arm] {
         bench.exchange(&message);

@@ -3,7 +3,7 @@ use controller::map_correction::{LearntFactor, LearntFactors};
 use controller::rate::{Profile, RateHold};
 use controller::response_map::Burst;
 use controller::{Drive, Limits, PositionLoop, PositioningTuning, RateLoop, ResponseMap, Sense, Target};
-use estimator::{CameraFrame, Instruments, LdvSample};
+use estimator::{CameraFrame, Instruments, LdvSample, ResonanceOffset};
 use link::{Coded, MapRows};
 use motor_model::{DriveCommand, MotorParams, Parameter, Time};
 
@@ -116,9 +116,7 @@ impl Processor for SecondLoop {
 
     fn tell(&mut self, message: &HostMessage) -> Result<BoardMessage, BoardError> {
         match (message, &self.own) {
-            (HostMessage::Learnt, Some(OwnLoop::Move(own))) => {
-                Ok(BoardMessage::Learnt(LearntFactors::from(own.positioning().correction()).into()))
-            }
+            (HostMessage::Learnt, Some(OwnLoop::Move(own))) => Ok(BoardMessage::Learnt(own.learnt().into())),
             _ => Err(BoardError::Board("makes no experiments".to_owned())),
         }
     }
@@ -149,7 +147,12 @@ fn scene(sets: &[&str]) -> Scene {
 #[test]
 fn exact_what_was_learnt_is_compared() {
     let factor = LearntFactor { value: 1.25, variance: 1e-3 };
-    let learnt = LearntFactors { bursts: [factor; 5], step_walk_covariance: 5e-4, rates: [factor; 2] };
+    let learnt = LearntFactors {
+        bursts: [factor; 5],
+        step_walk_covariance: 5e-4,
+        rates: [factor; 2],
+        resonances: [ResonanceOffset { hz: 31.5, hz2: 40.0 }, ResonanceOffset { hz: -20.0, hz2: 90.0 }],
+    };
     let map = ResponseMap::table_1().with_learnt(learnt).unwrap();
     let sets = ["position.to_deg=0", "position.tolerance_deg=1", "position.hold_s=0.01"];
     let scene = scene(&sets).with_response_map(map);

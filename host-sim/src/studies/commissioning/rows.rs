@@ -137,12 +137,14 @@ pub(crate) fn bursts(motor: &CommissionedMotor) -> Vec<BurstRow> {
 pub(crate) struct ResonanceRow {
     /// "B" or "C".
     pub mode: String,
-    /// Frequency of the design, at which the mode is driven.
+    /// Frequency of the design.
     pub design_hz: f64,
     /// Frequency found; `null` where the sweep shows none.
     pub found_hz: Option<f64>,
     /// Its standard deviation: of the fit, and of the pull by the rotor.
     pub sd_hz: Option<f64>,
+    /// Frequency at which the map drives the mode: that found, where it is not the design's beyond doubt.
+    pub drive_hz: f64,
     /// The part of the fit.
     pub fit_sd_hz: Option<f64>,
     /// Half width of the curve at half power.
@@ -168,6 +170,8 @@ pub(crate) fn resonances(motor: &CommissionedMotor) -> Vec<ResonanceRow> {
             design_hz,
             found_hz: found.map(|found| design_hz + found.offset_hz),
             sd_hz: found.map(|found| found.offset_sd_hz),
+            drive_hz: design_hz
+                + found.and_then(|found| found.beyond_doubt()).map_or(0.0, |found| found.hz.into()),
             fit_sd_hz: found.map(|found| found.fit_sd_hz),
             half_width_hz: found.map(|found| found.half_width_hz),
             reduced_chi_square: found.map(|found| found.reduced_chi_square),

@@ -14,8 +14,9 @@ use crate::report::files;
 
 /// What the columns of the tables mean.
 const ABOUT_RESONANCES: &str = "+- is one standard deviation, in every table. found: by the sweep; its deviation has \
-    the part of the fit and the pull by the rotor, and - stands where the sweep shows no resonance. half width: of the \
-    curve, at half power. chi2: chi-square per degree of freedom, 1 where the curve fits. true: of a motor that is \
+    the part of the fit and the pull by the rotor, and - stands where the sweep shows no resonance. drive: \
+    of the map, at the resonance found where it is not the design's beyond doubt. half width: of the curve, at half \
+    power. chi2: chi-square per degree of freedom, 1 where the curve fits. true: of a motor that is \
     simulated.";
 const ABOUT_FACTORS: &str = "factor: what this motor does per what the map foresees. rows: those that were measured. \
     chi2: of these rows about the factor, per degree of freedom; - stands for fewer than two. shape: another, where \
@@ -124,12 +125,14 @@ fn milliseconds(time_s: Option<f32>) -> String {
 }
 
 fn resonance_table(motor: &CommissionedMotor) -> Table {
-    let mut table = Table::new(&["mode", "design Hz", "found Hz", "half width Hz", "chi2", "true Hz"]);
+    let mut table =
+        Table::new(&["mode", "design Hz", "found Hz", "drive Hz", "half width Hz", "chi2", "true Hz"]);
     for row in rows::resonances(motor) {
         table.push(vec![
             row.mode,
             format!("{:.1}", row.design_hz),
             with_sd(row.found_hz, row.sd_hz, 1),
+            format!("{:.1}", row.drive_hz),
             row.half_width_hz.map_or_else(|| "-".to_owned(), |width| format!("{width:.0}")),
             row.reduced_chi_square.map_or_else(|| "-".to_owned(), |chi| format!("{chi:.1}")),
             row.true_hz.map_or_else(|| "-".to_owned(), |hz| format!("{hz:.1}")),

@@ -10,7 +10,7 @@ use serde_json::value::RawValue;
 use toml::de::{DeTable, DeValue};
 
 use super::super::toml_text::line_and_column;
-use super::{BurstLine, CruiseLine, FactorLine, LearntTable, MapFile};
+use super::{BurstLine, CruiseLine, FactorLine, LearntTable, MapFile, ResonanceLine};
 
 /// A format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,6 +163,11 @@ fn burst(line: &BurstLine) -> String {
     )
 }
 
+/// The offsets of the resonances by their names.
+fn resonances(learnt: &LearntTable) -> [(&'static str, ResonanceLine); 2] {
+    [("resonance_b", learnt.resonance_b), ("resonance_c", learnt.resonance_c)]
+}
+
 /// The factors by their names, without the covariance.
 fn factors(learnt: &LearntTable) -> [(&'static str, FactorLine); 7] {
     let LearntTable { step, walk, stride, nudge, throw, rate_b, rate_c, .. } = *learnt;
@@ -179,13 +184,16 @@ fn factors(learnt: &LearntTable) -> [(&'static str, FactorLine); 7] {
 
 fn toml_learnt(learnt: &LearntTable) -> String {
     let mut text =
-        "\n# What moves have learnt of the motor, per turn and rate of the rows above.\n[learnt]\n"
+        "\n# What was learnt of the motor: factors on the rows above, and offsets of its resonances.\n[learnt]\n"
             .to_owned();
     for (name, FactorLine { value, variance }) in factors(learnt) {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{name} = {{ value = {value:?}, variance = {variance:?} }}");
     }
     let _ = writeln!(text, "step_walk_covariance = {:?}", learnt.step_walk_covariance);
+    for (name, ResonanceLine { offset_hz, variance_hz2 }) in resonances(learnt) {
+        let _ = writeln!(text, "{name} = {{ offset_hz = {offset_hz:?}, variance_hz2 = {variance_hz2:?} }}");
+    }
     text
 }
 
@@ -194,9 +202,13 @@ fn json_learnt(learnt: &LearntTable) -> String {
     let rows = factors(learnt).map(|(name, FactorLine { value, variance })| {
         format!("    \"{name}\": {{\"value\": {value:?}, \"variance\": {variance:?}}},\n")
     });
+    let offsets = resonances(learnt).map(|(name, ResonanceLine { offset_hz, variance_hz2 })| {
+        format!("    \"{name}\": {{\"offset_hz\": {offset_hz:?}, \"variance_hz2\": {variance_hz2:?}}},\n")
+    });
     format!(
-        ",\n  \"learnt\": {{\n{}    \"step_walk_covariance\": {:?}\n  }}",
+        ",\n  \"learnt\": {{\n{}{}    \"step_walk_covariance\": {:?}\n  }}",
         rows.concat(),
+        offsets.concat(),
         learnt.step_walk_covariance
     )
 }

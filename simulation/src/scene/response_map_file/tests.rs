@@ -41,6 +41,7 @@ fn of_one_motor() -> ResponseMap {
             bursts: [1.0 / 3.0, 0.7, 1.3, 0.9, 3.9].map(factor),
             step_walk_covariance: -1e-3 / 7.0,
             rates: [1.0 / 7.0, 1.1].map(factor),
+            resonances: [-1e2 / 7.0, 1e2 / 3.0].map(|hz| ResonanceOffset { hz, hz2: 1e3 / 9.0 }),
         })
         .unwrap()
 }
