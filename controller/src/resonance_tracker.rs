@@ -236,7 +236,7 @@ impl ResonanceTracker {
         };
         if is_new {
             self.command = command;
-            self.begin(map, mode, now, SPIN_UP_NANOS);
+            self.begin(now, SPIN_UP_NANOS);
         } else if now < self.measured_from {
             return self.tuned;
         }
@@ -264,10 +264,9 @@ impl ResonanceTracker {
         strongest.filter(|strongest| strongest.amplitude <= self.command.amplitude())
     }
 
-    /// The next rate, after `wait_nanos`.
-    fn begin(&mut self, map: &ResponseMap, mode: DriveMode, now: Time, wait_nanos: u64) {
-        let is_searched = !self.mode(mode).is_known() && self.strongest(map, mode).is_some();
-        self.side = if is_searched { Side::First(1.0) } else { Side::At };
+    /// The next rate, after `wait_nanos` at the offset: a burst is never driven beside it.
+    fn begin(&mut self, now: Time, wait_nanos: u64) {
+        self.side = Side::At;
         (self.measured_from, self.from) = (now.plus_nanos(wait_nanos), None);
     }
 
@@ -275,11 +274,16 @@ impl ResonanceTracker {
     #[cold]
     #[inline(never)]
     fn measure(&mut self, map: &ResponseMap, now: Time, mode: DriveMode, estimate: &Estimate<f32>) {
+        let strongest = self.strongest(map, mode);
         let Some(from) = self.from else {
-            (self.measured_from, self.from) = (now.plus_nanos(RATE_NANOS), Some(estimate.angle));
+            if self.side == Side::At && strongest.is_some() && !self.mode(mode).is_known() {
+                (self.side, self.measured_from) = (Side::First(1.0), now.plus_nanos(RING_DOWN_NANOS));
+            } else {
+                (self.measured_from, self.from) = (now.plus_nanos(RATE_NANOS), Some(estimate.angle));
+            }
             return;
         };
-        if let Some(strongest) = self.strongest(map, mode) {
+        if let Some(strongest) = strongest {
             let relative = estimate.angle.radians_since::<f32>(from) / RATE_S / strongest.rate_rad_s;
             let half_width_hz = self.mode(mode).half_width_hz;
             self.modes_from(mode).0.offset.hz2 += DRIFT_PER_S * RATE_S * half_width_hz * half_width_hz;
@@ -296,7 +300,8 @@ impl ResonanceTracker {
                 Side::Second(..) => (),
             }
         }
-        self.begin(map, mode, now, RING_DOWN_NANOS);
+        // The next pair begins at once.
+        self.begin(now, if self.mode(mode).is_known() { RING_DOWN_NANOS } else { 0 });
     }
 
     /// A rate of `mode` at its offset, per that of the map.

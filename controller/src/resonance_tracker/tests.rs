@@ -157,6 +157,23 @@ fn exact_what_no_detuning_explains_is_not_searched() {
     assert_eq!(rotor.beside, 0);
 }
 
+/// A drive that lasts no longer than a burst is at the offset, also where that is not known.
+#[test]
+fn exact_a_burst_is_never_driven_beside_the_resonance() {
+    let map = ResponseMap::table_1();
+    let mut rotor = Rotor::new(DriveMode::B, 0.6, 1);
+    rotor.run(0.5);
+    assert!(!rotor.tracker.mode(DriveMode::B).is_known() && rotor.beside > 0);
+    for _ in 0..20 {
+        let now = Time::from_nanos(rotor.millis * STEP_NANOS);
+        rotor.tracker.tune(map, now, DriveCommand::OFF, None);
+        rotor.beside = 0;
+        // The longest throw of the map is 21 ms long.
+        rotor.run(0.021);
+        assert_eq!(rotor.beside, 0);
+    }
+}
+
 /// Without an estimate nothing is measured; a drive that goes off and on is measured anew.
 #[test]
 fn exact_a_rate_is_measured_without_a_break() {
