@@ -25,13 +25,14 @@
 mod check;
 mod drives;
 mod family;
+mod half_widths;
 mod rows;
 mod table;
 
 use core::f32::consts::PI;
 
 use estimator::ResonanceOffset;
-use motor_model::{DriveMode, MotorParams, Parameter};
+use motor_model::{DriveMode, MotorParams};
 
 use crate::map_correction::{LearntFactors, MapCorrection};
 
@@ -40,6 +41,7 @@ pub use drives::{Burst, Cruise, RAD_PER_MDEG, direction};
 use drives::{burst, cruise};
 pub use family::Family;
 pub(crate) use family::PerFamily;
+use half_widths::half_widths_hz;
 use rows::Rows;
 
 /// Most cruises of a map, both modes together.
@@ -72,16 +74,6 @@ pub struct ResponseMap {
     /// Half widths of the design's resonances: kept, since a microcontroller computes them in double precision by
     /// software.
     half_widths_hz: [f32; 2],
-}
-
-/// Half widths of the resonances of modes B and C in Hz, `zeta f`: what the offset is for half of the power.
-#[expect(clippy::cast_possible_truncation, reason = "single precision suffices")]
-const fn half_widths_hz(design: &MotorParams) -> [f32; 2] {
-    use Parameter::{ModeBDampingRatio, ModeBFrequency, ModeCDampingRatio, ModeCFrequency};
-    [
-        (design.get(ModeBFrequency) * design.get(ModeBDampingRatio)) as f32,
-        (design.get(ModeCFrequency) * design.get(ModeCDampingRatio)) as f32,
-    ]
 }
 
 /// Distances from which the motors of Table 1 are driven by cruises of modes B and C: the weakest cruise B of use
