@@ -34,8 +34,8 @@ const WINDOW_NANOS: u64 = 50_000_000;
 pub(super) const LOST_MAX: u8 = 8;
 /// Standard deviations within which a rotor lies where it lay. A normal error exceeds them once in 1.7 million drives.
 const UNMOVED_SIGMAS: f32 = 5.0;
-/// Standard deviation in Hz of the offset of an experiment from the resonance: that of a sweep in mode B.
-const FOUND_SD_HZ: f32 = 7.0;
+/// Standard deviations in Hz of the offset of an experiment from the resonance, in modes B and C: those of the sweeps.
+const FOUND_SD_HZ: [f32; 2] = [7.0, 20.0];
 
 /// Tuning of the experiments.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -311,11 +311,12 @@ impl Experimenter {
     /// Takes the offset of an experiment for that of the resonance of its mode.
     fn retune(&mut self, experiment: &Experiment) {
         let [clockwise, counter_clockwise] = &mut self.resonances;
-        let resonance = match experiment.mode() {
-            DriveMode::B => clockwise,
-            DriveMode::C => counter_clockwise,
+        let [sd_b_hz, sd_c_hz] = FOUND_SD_HZ;
+        let (resonance, sd_hz) = match experiment.mode() {
+            DriveMode::B => (clockwise, sd_b_hz),
+            DriveMode::C => (counter_clockwise, sd_c_hz),
         };
-        let found = ResonanceOffset { hz: experiment.offset_hz(), hz2: FOUND_SD_HZ * FOUND_SD_HZ };
+        let found = ResonanceOffset { hz: experiment.offset_hz(), hz2: sd_hz * sd_hz };
         if !matches!(experiment, Experiment::Sweep { .. }) && (found.hz - resonance.hz).abs() > 0.0 {
             (*resonance, self.moved) = (found, true);
         }

@@ -251,16 +251,25 @@ fn exact_a_train_is_driven_as_ordered() {
     assert_eq!((experimenter.response().cloned(), experimenter.number()), (response, 1));
 }
 
+const CRUISE: Experiment = Experiment::Cruise { mode: DriveMode::B, amplitude: 1.0, offset_hz: 0.0 };
+
+/// The ordered drive from `now` on, for `nanos`; when that is over.
+fn driven(experimenter: &mut Experimenter, mut now: Time, estimate: &Estimate<f32>, nanos: u64) -> Time {
+    experimenter.decide(now, Some(estimate), Health::Good);
+    let begun = now;
+    while now.nanos_since(begun) < nanos {
+        now = now.plus_nanos(crate::TICK_NANOS);
+        experimenter.decide(now, Some(estimate), Health::Good);
+    }
+    now
+}
+
 /// A drive is off in the tick that loses the estimate, and its response is none. Too many of them are the end.
 #[test]
 fn law_a_drive_that_loses_the_estimate_shows_nothing() {
     let (mut experimenter, mut now, mut estimate) = ready();
     for lost in 1..=9 {
-        assert!(experimenter.order(Experiment::Cruise {
-            mode: DriveMode::B,
-            amplitude: 1.0,
-            offset_hz: 0.0
-        }));
+        assert!(experimenter.order(CRUISE));
         while experimenter.phase() != ExperimentPhase::Cruising {
             experimenter.decide(now, Some(&estimate), Health::Good);
             now = now.plus_nanos(crate::TICK_NANOS);
@@ -286,17 +295,8 @@ fn law_a_cruise_that_loses_the_estimate_keeps_the_windows_before() {
     let (mut experimenter, mut now, mut estimate) = ready();
     // Spin-up of 150 ms, the wait for a frame, and four windows of 50 ms and a part of one; or one and a part.
     for (driven_nanos, windows) in [(370_000_000, Some(3)), (240_000_000, None)] {
-        assert!(experimenter.order(Experiment::Cruise {
-            mode: DriveMode::B,
-            amplitude: 1.0,
-            offset_hz: 0.0
-        }));
-        experimenter.decide(now, Some(&estimate), Health::Good);
-        let begun = now;
-        while now.nanos_since(begun) < driven_nanos {
-            now = now.plus_nanos(crate::TICK_NANOS);
-            experimenter.decide(now, Some(&estimate), Health::Good);
-        }
+        assert!(experimenter.order(CRUISE));
+        now = driven(&mut experimenter, now, &estimate, driven_nanos);
         assert_eq!(experimenter.phase(), ExperimentPhase::Cruising);
         assert_eq!(experimenter.decide(now, None, Health::Waiting), DriveCommand::OFF);
         estimate.angle = estimate.angle.plus(Angle::from_degrees(1.0));
@@ -318,17 +318,8 @@ fn law_a_cruise_that_loses_the_estimate_keeps_the_windows_before() {
 fn law_a_rotor_that_was_not_turned_is_told_from_one_that_was_lost() {
     let (mut experimenter, mut now, estimate) = ready();
     for number in 1..=12 {
-        assert!(experimenter.order(Experiment::Cruise {
-            mode: DriveMode::B,
-            amplitude: 1.0,
-            offset_hz: 0.0
-        }));
-        experimenter.decide(now, Some(&estimate), Health::Good);
-        let begun = now;
-        while now.nanos_since(begun) < 4_000_000 {
-            now = now.plus_nanos(crate::TICK_NANOS);
-            experimenter.decide(now, Some(&estimate), Health::Good);
-        }
+        assert!(experimenter.order(CRUISE));
+        now = driven(&mut experimenter, now, &estimate, 4_000_000);
         for health in [Health::Waiting, Health::Good, Health::Waiting] {
             let seen = Some(&estimate).filter(|_| health == Health::Good);
             assert_eq!(experimenter.decide(now, seen, health), DriveCommand::OFF);

@@ -37,7 +37,8 @@ fn fastest(scene: &Scene) -> (f64, f64) {
 }
 
 /// Warming by 1 % within six seconds costs a tenth of the speed at most, in the mean over four motors, and none loses
-/// a fifth. A drive that stays at its frequency loses a third and more.
+/// a fifth: that is 0.94 half widths beside the resonance, five of the standard deviations to which it is known. A
+/// drive that stays at its frequency loses a third and more.
 #[test]
 fn law_a_percent_of_warming_costs_at_most_a_tenth_of_the_speed() {
     let mut parts = 0.0;
