@@ -112,8 +112,9 @@ fn tool_a_part_that_slurm_stops_goes_on() {
     assert!(done > 10, "{done}");
     let log = written(folder.path(), "swept/parts/1.log");
     assert!(log.contains(&format!("interrupted: {done} of ")), "{log}");
-    // Slurm holds a job that is queued again back for two minutes.
-    slurm.output(folder.path(), &["scontrol", "update", &format!("jobid={first}"), "StartTime=now"]);
+    // Slurm holds a job that is queued again back for two minutes. Three seconds do: it refuses a credential of the
+    // second in which it revoked the earlier one, and the job then has failed.
+    slurm.output(folder.path(), &["scontrol", "update", &format!("jobid={first}"), "StartTime=now+3"]);
     wait_until("the whole", || {
         let manifest = std::fs::read_to_string(folder.path().join("swept/manifest.json"));
         manifest.is_ok_and(|manifest| manifest.contains("\"complete\": true"))
