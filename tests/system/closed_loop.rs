@@ -1,5 +1,6 @@
 //! The closed loop of motor, instruments, filter and controller.
 
+mod law_interrupted_moves;
 mod law_latency;
 mod law_other_instruments;
 mod law_quiet_stator;
