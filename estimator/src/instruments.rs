@@ -100,6 +100,10 @@ pub struct CameraDescription {
     /// the direction in which it is largest, in m: 0 to 1e-3. A microscope's vibration is one, its amplitude over `sqrt
     /// 2`, and the shift of a rotor in its hub. It counts with a single mark.
     pub shift_m: f64,
+    /// Standard deviation of the error of a frame's time stamp, in s: 0 to 1e-2. Errors of two frames are independent.
+    pub stamp_sd_s: f32,
+    /// Root mean square error in us of the clock by which frames are stamped, which all frames share: 0 to 10,000.
+    pub clock_sd_micros: u16,
 }
 
 /// A vibrometer, as far as a filter needs to know it.
@@ -132,6 +136,8 @@ impl Default for CameraDescription {
             marks: 2,
             mark_bias_m: 0.0,
             shift_m: 0.0,
+            stamp_sd_s: 0.0,
+            clock_sd_micros: 0,
         }
     }
 }
@@ -294,6 +300,8 @@ impl CameraDescription {
             ("camera.marks", self.marks.into(), 1.0, 16.0, ""),
             ("camera.mark_bias_m", self.mark_bias_m, 0.0, 1e-3, "m"),
             ("camera.shift_m", self.shift_m, 0.0, 1e-3, "m"),
+            ("camera.stamp_jitter_s", self.stamp_sd_s.into(), 0.0, 1e-2, "s"),
+            ("camera.clock_error_s", 1e-6 * f64::from(self.clock_sd_micros), 0.0, 1e-2, "s"),
         ] {
             OutOfBounds::check(key, value, least, most, unit)?;
         }

@@ -5,6 +5,7 @@ mod law_covariance_endurance;
 
 mod law_consistency;
 mod law_shared_camera_errors;
+mod law_stamp_errors;
 mod law_tilting_rotor;
 mod law_twin_learns;
 mod law_worth_of_impacts;

@@ -170,7 +170,7 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
                 at: frame.exposed_at,
                 angle: AngleAccumulator::at(near.plus(frame.angle.minus(near).wrapped())),
                 rate_rad_s: T::zero(),
-                covariance: B::begin(tuning.frame_rad2(frame, false), rate * rate, kept),
+                covariance: B::begin(tuning.frame_rad2(frame, rate, false), rate * rate, kept),
             },
             code: frame.angle,
             mean_innovation_rad: T::zero(),

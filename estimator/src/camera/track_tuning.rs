@@ -173,11 +173,14 @@ impl<T: Real> TrackTuning<T> {
     }
 
     /// Variance of the angle of `frame` in rad^2 by what differs from frame to frame: larger if marks were left out,
-    /// and if the rotor is not `quiet`, so that marks cross pixels.
+    /// and if the rotor is not `quiet`, so that marks cross pixels; and by what a rotor of the rate `rate_rad_s` turns
+    /// in the error of the frame's stamp (F21).
     #[inline]
-    pub(crate) fn frame_rad2(&self, frame: &CameraFrame, quiet: bool) -> T {
+    pub(crate) fn frame_rad2(&self, frame: &CameraFrame, rate_rad_s: T, quiet: bool) -> T {
         let rad2 = if quiet { self.camera_rad2 } else { self.camera_rad2 + self.mark_bias_rad2 };
-        if self.has_all_marks(frame) { rad2 } else { rad2 * self.factor_of(frame) }
+        let turned_rad = rate_rad_s * T::from_f32(self.camera.stamp_sd_s);
+        let all_rad2 = if self.has_all_marks(frame) { rad2 } else { rad2 * self.factor_of(frame) };
+        all_rad2 + turned_rad * turned_rad
     }
 
     /// Variance of the angle by what `frame` and its neighbours share, as described, in rad^2.
@@ -194,6 +197,12 @@ impl<T: Real> TrackTuning<T> {
         } else {
             self.mark_bias_rad2 * self.factor_of(frame)
         }
+    }
+
+    /// Root mean square error of the clock by which frames are stamped, in s.
+    #[inline]
+    pub(crate) fn clock_sd_s(&self) -> T {
+        T::from_i32(self.camera.clock_sd_micros.into()) * T::from_f64(1e-6)
     }
 
     /// Whether no mark was left out.

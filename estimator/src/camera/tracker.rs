@@ -259,7 +259,11 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         process.carry(&mut track.state, track.resting, frame.exposed_at);
         let predicted = track.state.angle.angle();
         let innovation_rad = track.state.innovation_rad(frame.angle);
-        let variance_rad2 = track.state.covariance.innovation_rad2(self.tuning.frame_rad2(frame, quiet));
+        let variance_rad2 = track.state.covariance.innovation_rad2(self.tuning.frame_rad2(
+            frame,
+            track.state.rate_rad_s,
+            quiet,
+        ));
         let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
         // Written so that NaN and a variance that has overflowed fail both.
         let turn_known = variance_rad2 <= T::from_f64(Reference::<T, B>::LOST_RAD2);
@@ -305,7 +309,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         } else if track.resting {
             self.persistent_error.take_at_rest(frame, self.noise.white_rad2(&self.tuning), &self.tuning);
         }
-        let frame_rad2 = self.tuning.frame_rad2(frame, quiet);
+        let frame_rad2 = self.tuning.frame_rad2(frame, track.state.rate_rad_s, quiet);
         let repeated = track.undithered(&self.tuning);
         if track.resting && !repeated && track.has_moved(innovation_rad, frame_rad2, &self.tuning) {
             let (frame, near) = (*frame, track.state.angle.angle());

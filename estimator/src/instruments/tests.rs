@@ -169,6 +169,9 @@ fn exact_bounds_name_the_key() {
         (CameraDescription { mark_bias_m: f64::INFINITY, ..camera }, "camera.mark_bias_m"),
         (CameraDescription { mark_bias_m: -1e-9, ..camera }, "camera.mark_bias_m"),
         (CameraDescription { shift_m: 1.1e-3, ..camera }, "camera.shift_m"),
+        (CameraDescription { stamp_sd_s: f32::NAN, ..camera }, "camera.stamp_jitter_s"),
+        (CameraDescription { stamp_sd_s: -1e-6, ..camera }, "camera.stamp_jitter_s"),
+        (CameraDescription { clock_sd_micros: 10_001, ..camera }, "camera.clock_error_s"),
     ] {
         assert_eq!(bad.checked().unwrap_err().key, key);
     }

@@ -36,6 +36,8 @@ prop_compose! {
             marks,
             mark_bias_m: if shared { power(bias_log) } else { 0.0 },
             shift_m: if shared { power(shift_log) } else { 0.0 },
+            stamp_sd_s: if shared { power(shift_log) as f32 } else { 0.0 },
+            clock_sd_micros: if shared { 600 * u16::from(marks) } else { 0 },
         };
         let vibrometer = VibrometerDescription {
             period_nanos: ldv_nanos,

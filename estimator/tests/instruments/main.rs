@@ -14,4 +14,5 @@ mod bench;
 mod camera;
 mod rest;
 mod shared_errors;
+mod stamps;
 mod vibrometer;

@@ -12,7 +12,7 @@ fn one_mark(shift_m: f64) -> CameraDescription {
 
 /// Estimates at the exposures of 3,000 frames of a rotor that turns at 10 rad/s in mode B, with `error_rad` of the time
 /// in s beside. The last 2,000.
-fn estimates(
+pub(crate) fn estimates(
     camera: CameraDescription,
     marks_used: u8,
     error_rad: impl Fn(f64) -> f64,

@@ -89,7 +89,8 @@ pub(super) fn host_messages() -> Vec<HostMessage> {
         residual: 12,
     });
     let shared = CameraDescription { mark_bias_m: 3e-7, shift_m: 7e-6, ..CameraDescription::default() };
-    let instruments = HostMessage::Instruments(Instruments { camera: shared, ..Instruments::default() });
+    let camera_told = CameraDescription { stamp_sd_s: 1e-4, clock_sd_micros: 292, ..shared };
+    let instruments = HostMessage::Instruments(Instruments { camera: camera_told, ..Instruments::default() });
     let parameter = HostMessage::MotorParameter(MotorParameterRecord { index: 7, value: -0.5 });
     let arm = HostMessage::Arm;
     let short = [
@@ -284,7 +285,8 @@ fn experiment_messages() -> [BoardMessage; 7] {
 
 /// The versions whose frames have a file, and the digest of that file, a CRC-64. A line here is never changed: a board
 /// of that version speaks so. Other frames are another version, with a file and a line of its own.
-const LANDED: [(u8, u64); 2] = [(11, 0x3615_77cd_ce3f_ae57), (12, 0x7e01_c39b_7b1d_da43)];
+const LANDED: [(u8, u64); 3] =
+    [(11, 0x3615_77cd_ce3f_ae57), (12, 0x7e01_c39b_7b1d_da43), (13, 0x3550_c079_968d_874d)];
 
 /// The frames of this version are those of its file, byte for byte. Where they have to change, [`VERSION`] goes up and
 /// the new frames get a file of their own.
@@ -381,7 +383,7 @@ fn exact_another_version_is_told_from_damage() {
     let length = cobs::encode(&content, &mut frame);
     let decoded = decode::<HostMessage>(&mut frame[..length]);
     assert_eq!(decoded, Err(FrameError::Version { theirs: VERSION + 1 }));
-    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 13, expected 12");
+    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 14, expected 13");
 }
 
 /// A million frames, each damaged in one of five ways, on one line: none but whole ones are accepted.

@@ -48,7 +48,9 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
                 T::from_f64(0.5) * shared_rad2 * (covariance.rate_rad2_s2() / covariance.angle_rad2());
         }
         let floor_rad2 = if track.undithered(tuning) { tuning.quantisation_rad2 } else { tuning.floor_rad2 };
-        Jitter { angle_rad2: floor_rad2 + shared_rad2, rate_rad2_s2 }
+        // What the rotor turns by in the error of the clock, which frames share (F21).
+        let turned_rad = track.state.rate_rad_s * tuning.clock_sd_s();
+        Jitter { angle_rad2: floor_rad2 + shared_rad2 + turned_rad * turned_rad, rate_rad2_s2 }
     }
 
     /// Angle and rate carried forward to `now`; `None` before the first frame.

@@ -115,7 +115,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             state.covariance.widen_rate(kick_rad2_s2);
             process.carry(&mut state, resting, frame.exposed_at);
             let innovation_rad = state.innovation_rad(frame.angle);
-            let noise_rad2 = self.tuning.frame_rad2(frame, false);
+            let noise_rad2 = self.tuning.frame_rad2(frame, state.rate_rad_s, false);
             let variance_rad2 = state.covariance.innovation_rad2(noise_rad2);
             let normalised = innovation_rad * innovation_rad / variance_rad2;
             let is_newest = frame.exposed_at == newest.frame.exposed_at;

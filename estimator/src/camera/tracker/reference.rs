@@ -119,7 +119,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let frame = &first.frame;
         let mut state = track.state;
         process.carry(&mut state, track.resting, frame.exposed_at);
-        let frame_rad2 = self.tuning.frame_rad2(frame, false);
+        let frame_rad2 = self.tuning.frame_rad2(frame, state.rate_rad_s, false);
         let turned = state.angle.angle().minus(track.state.angle.angle());
         let step_rad: T = frame.angle.minus(track.code.plus(turned)).wrapped().radians_since(Angle::ZERO);
         let at_once = step_rad * step_rad > (frame_rad2 + frame_rad2) * self.tuning.gate;
@@ -218,7 +218,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         self.reference.carry(frame.exposed_at, process);
         let state = &self.reference.trusted.as_ref()?.track.state;
         let off_rad = state.innovation_rad(frame.angle);
-        let variance_rad2 = state.covariance.innovation_rad2(self.tuning.frame_rad2(frame, false));
+        let frame_rad2 = self.tuning.frame_rad2(frame, state.rate_rad_s, false);
+        let variance_rad2 = state.covariance.innovation_rad2(frame_rad2);
         (off_rad * off_rad <= self.tuning.gate * variance_rad2).then_some(state.angle.angle())
     }
 

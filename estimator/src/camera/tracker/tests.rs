@@ -87,8 +87,11 @@ fn exact_the_gate_is_narrow_after_a_refusal_of_a_camera_that_is_doubted() {
         (tracker.newest.track.refusals, tracker.newest.track.nis) = (refusals, nis);
         let mut ahead = tracker.newest.track.state;
         Walk.carry(&mut ahead, false, Time::from_nanos(101 * FRAME_NANOS));
-        let sd_rad =
-            math::sqrt(ahead.covariance.innovation_rad2(tracker.tuning.frame_rad2(&frame(101, 0.0), false)));
+        let sd_rad = math::sqrt(ahead.covariance.innovation_rad2(tracker.tuning.frame_rad2(
+            &frame(101, 0.0),
+            ahead.rate_rad_s,
+            false,
+        )));
         let predicted: f64 = ahead.angle.angle().radians_since(Angle::ZERO);
         let seen = see(&mut tracker, 101, predicted + deviations * sd_rad, false);
         assert_eq!(seen, verdict, "{refusals} {nis} {deviations}");

@@ -84,6 +84,12 @@ pub const SETTINGS: &[Setting] = &[
          be shifted by so much",
     ),
     assumed(
+        "estimator.assumed.camera.stamp_jitter_s",
+        "camera.stamp_jitter_s",
+        "s",
+        "standard deviation of the error of a frame's time stamp, as the filters assume",
+    ),
+    assumed(
         "estimator.assumed.hub.clearance_m",
         "motor.hub.clearance_m",
         "m",

@@ -55,7 +55,14 @@ fn camera(scene: &Scene) -> CameraDescription {
         marks: u8::try_from(scene.integer("estimator.assumed.camera.marks")).unwrap_or(1),
         mark_bias_m: math::sqrt(0.5) * scene.number("estimator.assumed.camera.subpixel_bias_m"),
         shift_m: shift_m(scene),
+        stamp_sd_s: stamp_sd_s(scene),
+        clock_sd_micros: 0,
     }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "a standard deviation needs no more digits")]
+fn stamp_sd_s(scene: &Scene) -> f32 {
+    scene.number("estimator.assumed.camera.stamp_jitter_s") as f32
 }
 
 /// Root mean square shift of all marks in m, by the microscope's vibration of the amplitude V and the rotor's play of
@@ -143,12 +150,19 @@ mod tests {
     /// 60 Hz, exposed for half a period, two frames and 5 ms late; 12 bits over +-20 mm/s.
     #[test]
     fn exact_a_scene_s_instruments_are_assumed_as_they_are() {
-        let camera = ["frame_rate_hz=60", "exposure_frames=0.5", "latency_frames=2", "latency_s=5e-3"];
+        let camera = [
+            "frame_rate_hz=60",
+            "exposure_frames=0.5",
+            "latency_frames=2",
+            "latency_s=5e-3",
+            "stamp_jitter_s=1e-4",
+        ];
         let sets = camera.map(|set| format!("camera.{set}"));
         let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
         let camera = of(&sets).camera;
         assert_eq!(camera.period_nanos, 16_666_667);
         assert_eq!(camera.exposure_nanos, 8_333_334);
+        assert!((camera.stamp_sd_s - 1e-4).abs() < 1e-10);
         assert_eq!(camera.latency_nanos, 33_333_333 + 5_000_000 + 4_166_667);
         let vibrometer = of(&["ldv.range_m_s=0.02", "ldv.bits=12", "ldv.sample_rate_hz=3e4"]).vibrometer;
         let vibrometer = vibrometer.unwrap();
@@ -194,11 +208,14 @@ mod tests {
             "camera.noise_m=5e-6",
             "estimator.assumed.camera.noise_m=2e-6",
             "camera.tracking_radius_m=1e-3",
+            "camera.stamp_jitter_s=1e-4",
+            "estimator.assumed.camera.stamp_jitter_s=2e-5",
             "estimator.assumed.ldv.noise_m_s=1e-3",
             "estimator.assumed.ldv.bias_max_m_s=0.05",
         ];
         let Instruments { camera, vibrometer } = of(&sets);
         assert!((camera.noise_m - 2e-6).abs() < 1e-18 && (camera.radius_m - 1e-3).abs() < 1e-12);
+        assert!((camera.stamp_sd_s - 2e-5).abs() < 1e-11);
         let vibrometer = vibrometer.unwrap();
         assert!(
             (vibrometer.noise_m_s - 1e-3).abs() < 1e-12 && (vibrometer.bias_max_m_s - 0.05).abs() < 1e-12
