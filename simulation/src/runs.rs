@@ -1,5 +1,6 @@
 //! One motor, one run: in open loop, in closed loop, a move, a rate.
 
+pub mod clock_note;
 pub mod closed_loop;
 pub mod commission;
 mod error;

@@ -3,6 +3,7 @@
 mod dual_covariance;
 mod law_covariance_endurance;
 
+mod law_camera_clock;
 mod law_consistency;
 mod law_shared_camera_errors;
 mod law_stamp_errors;

@@ -13,7 +13,6 @@
 //! | `port` | the port: opened, or why it is not |
 //! | `port_reader` | the thread that reads it |
 //! | `line_rate` | the time that bytes take on the line, and the share of it that is in use |
-//! | [`clock`] | the board's clock by the host's, from round trips, with its uncertainty |
 //! | `board_pace` | how slow the board is by the host's clock |
 //! | `host_clock` | the host's clock, and times of day by it |
 //! | `session` | frames of one session, both ways |
@@ -46,7 +45,6 @@
 
 mod attendance;
 mod board_pace;
-pub mod clock;
 mod commissioned;
 mod description;
 mod error;

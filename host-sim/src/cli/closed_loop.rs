@@ -29,6 +29,7 @@ use crate::studies::positioning_trials::{
 use crate::studies::response_map;
 use crate::studies::shard::SceneDigest;
 use analysis::response_map::ResponseMapCampaign;
+use simulation::runs::clock_note::{MOVE_DEG_S, clock_note};
 use simulation::runs::rate::PromisedRange;
 use simulation::runs::record::Observer as _;
 use simulation::runs::{RunError, position};
@@ -89,7 +90,7 @@ impl PositionArgs {
         let mut log = self.log.open("position", &scene)?;
         let learning = self.learning.open()?;
         // Once nothing refuses the move any more: at its first tick.
-        let mut notes = Some([Some(plan.note()), note]);
+        let mut notes = Some([Some(plan.note()), note, clock_note(&scene, MOVE_DEG_S)]);
         let mut learnt = None;
         let mut trace = PictureTrace::default();
         let mut beside = report.as_ref().map(|_| ReportTrace::default());
@@ -165,12 +166,13 @@ impl RateArgs {
         let mut points = Vec::new();
         let mut log = self.log.open("rate", &scene)?;
         // Once nothing refuses the rate any more: at its first tick.
-        let mut note = Some(promised_range(&PromisedRange::of(&scene)?));
+        let promised = promised_range(&PromisedRange::of(&scene)?);
+        let mut notes = Some([Some(promised), clock_note(&scene, scene.number("rate.deg_s"))]);
         let ended = held_rates::hold(
             &scene,
             |point| points.push(point),
             |run, moment| {
-                note.take().iter().for_each(|note| progress::note(note));
+                notes.take().into_iter().flatten().flatten().for_each(|note| progress::note(&note));
                 log.observe_made(|| run.record(moment))
             },
         )?;

@@ -77,6 +77,8 @@ pub enum RandomSource {
     StatorDraw = 34,
     /// A gyroscope's other errors: misalignment, non-linearity, what warming up changes.
     GyroscopeErrorDraw = 35,
+    /// Delays of the exchanges between a camera with a clock of its own and the board.
+    CameraOwnClock = 36,
 }
 
 /// The stream of `source` in the run that `seed` names.
@@ -169,6 +171,7 @@ mod tests {
             RandomSource::CameraVibration,
             RandomSource::IdentificationDraw,
             RandomSource::IdentificationChain,
+            RandomSource::CameraOwnClock,
         ];
         let draw = |seed, source| stream(seed, source).next_u64();
         let all: Vec<u64> =

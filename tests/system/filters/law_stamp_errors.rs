@@ -6,9 +6,7 @@ use simulation::Scene;
 use simulation::runs::filter::FILTERS;
 use simulation::runs::rate;
 
-use crate::support::consistency_rows::{
-    Asked, FAMILY_WISE, Row, assert_family_within, outside_if_variances_were,
-};
+use crate::support::consistency_rows::{Asked, Row, assert_family_within, outside_if_variances_were};
 
 const MOTORS: u64 = 4;
 
@@ -39,7 +37,7 @@ fn steady(sets: &[(&str, &str)]) -> Vec<Row> {
     let run: FilterErrors = plan.run(&|_| ()).expect("a run");
     let row = |row: &FilterErrorsRow| Row {
         name: format!("{}, {}", row.filter, row.drive),
-        asked: Asked::NotTooSure,
+        asked: Asked::Right,
         means: row.of_runs.anees.clone(),
         independent: STEADY,
     };
@@ -52,9 +50,11 @@ fn steady(sets: &[(&str, &str)]) -> Vec<Row> {
 #[test]
 fn law_errors_of_stamps_that_are_told_are_covered() {
     assert_family_within("stamps told", &steady(&[]), &[]);
-    let not_told = steady(&[NOT_TOLD]);
+    // In mode C a rotor turns by less than a frame's noise meanwhile.
+    let mut not_told = steady(&[NOT_TOLD]);
+    not_told.retain(|row| row.name.ends_with(", b"));
+    assert_eq!(not_told.len(), FILTERS.len());
     assert_eq!(outside_if_variances_were(1.0, &not_told, not_told.len()), not_told.len(), "{not_told:?}");
-    assert!(FAMILY_WISE < 0.5);
 }
 
 /// Share of the estimates beyond three of their standard deviations, of a rate of 300 deg/s.

@@ -17,8 +17,8 @@ use link::{
 };
 use motor_model::Time;
 use serialport::SerialPort;
+use simulation::math::clock_sync::{BoardClock, ClockSync, Exchange};
 
-use super::clock::{BoardClock, ClockSync, Exchange};
 use super::frame_text::{FrameTextError, HostFrame};
 use super::host_clock::{day_nanos, host_nanos, nanos, seconds};
 use super::line_rate::{LineLoad, LinePace};

@@ -1,37 +1,43 @@
 //! Whether the board's clock is known as well as the time stamps of the camera are said to be.
 //!
 //! Frames of a camera go to the board with their instants by its clock. That is known to a bound from round trips
-//! ([`super::clock`]), whose error is one of the frame's instant, and the filters are not told of it.
+//! ([`clock_sync`]), whose error is one of the frame's instant. The filters know of it what the scene tells them.
+//!
+//! [`clock_sync`]: simulation::math::clock_sync
 
 use std::fmt;
 
 use controller::TICK_NANOS;
+use simulation::math::clock_sync::BoardClock;
 use simulation::math::count::real;
 use simulation::scene::Scene;
-
-use super::clock::BoardClock;
+use simulation::world::instruments::assumed;
 
 /// Standard deviations of a time stamp that a bound may be.
 const SIGMAS: f64 = 3.0;
 
-/// A clock that is known less well than the time stamps of the camera.
+/// Root mean square of an error that is as likely to be any within a bound, per the bound: `1 / sqrt 3`.
+const WITHIN_BOUND: f64 = 0.577_350_269_189_625_8;
+
+/// A clock that is known less well than the filters are told.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClockDoubt {
     /// Bound of the error of the board's clock, in us.
     pub bound_us: f64,
-    /// What the scene's time stamps allow, in us: three standard deviations, and the tick by which the board counts.
+    /// What the filters are told, in us: three standard deviations of a stamp, the bound of the clock's error, and the
+    /// tick by which the board counts.
     pub allowed_us: f64,
 }
 
 impl fmt::Display for ClockDoubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { bound_us, allowed_us } = self;
-        let jitter_s = (bound_us / SIGMAS).ceil() * 1e-6;
+        let error_s = (bound_us * WITHIN_BOUND).ceil() * 1e-6;
         write!(
             f,
-            "the board's clock is known to {bound_us:.0} us, and camera.stamp_jitter_s allows {allowed_us:.0} us: a \
-             rotor at 100 deg/s turns by {:.0} mdeg meanwhile; hint: a line with shorter round trips, or simulate with \
-             --set camera.stamp_jitter_s={jitter_s:.6}",
+            "the board's clock is known to {bound_us:.0} us, and the filters are told of {allowed_us:.0} us: a rotor \
+             at 100 deg/s turns by {:.0} mdeg meanwhile; hint: a line with shorter round trips, or tell the filters by \
+             --set estimator.assumed.camera.clock_error_s={error_s:.6}",
             0.1 * bound_us
         )
     }
@@ -46,8 +52,10 @@ pub(super) struct StampWatch {
 impl StampWatch {
     /// Of the camera of `scene`.
     pub(super) fn new(scene: &Scene) -> Self {
-        let jitter_nanos = 1e9 * scene.number("camera.stamp_jitter_s");
-        Self { allowed_nanos: Some(SIGMAS * jitter_nanos + real(TICK_NANOS)) }
+        let camera = assumed(scene).camera;
+        let stamps_nanos = 1e9 * SIGMAS * f64::from(camera.stamp_sd_s);
+        let clock_nanos = 1e3 * f64::from(camera.clock_sd_micros) / WITHIN_BOUND;
+        Self { allowed_nanos: Some(stamps_nanos + clock_nanos + real(TICK_NANOS)) }
     }
 
     /// Of frames whose instants are by the board's clock.
@@ -65,7 +73,8 @@ impl StampWatch {
 
 #[cfg(test)]
 mod tests {
-    use super::super::clock::{ClockSync, Exchange};
+    use simulation::math::clock_sync::{ClockSync, Exchange};
+
     use super::*;
 
     /// The clock of one exchange of so many us, which knows it to half of that and half a tick of 10 us.
@@ -94,14 +103,17 @@ mod tests {
         assert_eq!(StampWatch::none().look(clock(1_000_000), 0), None);
     }
 
-    /// In 505 us a rotor at 100 deg/s turns by 50.5 mdeg. The jitter of the hint is enough.
+    /// In 505 us a rotor at 100 deg/s turns by 50.5 mdeg. The error of the hint is enough.
     #[test]
     fn exact_what_is_told_of_a_doubt() {
         let text = watch("0").look(clock(1000), 0).unwrap().to_string();
-        let expected = "the board's clock is known to 505 us, and camera.stamp_jitter_s allows 10 us: a rotor at 100 \
-                        deg/s turns by 50 mdeg meanwhile; hint: a line with shorter round trips, or simulate with \
-                        --set camera.stamp_jitter_s=0.000169";
+        let expected = "the board's clock is known to 505 us, and the filters are told of 10 us: a rotor at 100 deg/s \
+                        turns by 50 mdeg meanwhile; hint: a line with shorter round trips, or tell the filters by \
+                        --set estimator.assumed.camera.clock_error_s=0.000292";
         assert_eq!(text, expected);
-        assert_eq!(watch("0.000169").look(clock(1000), 0), None);
+        let told =
+            |set: &str| StampWatch::new(&Scene::of_sets(&[set.to_owned()]).unwrap()).look(clock(1000), 0);
+        assert_eq!(told("estimator.assumed.camera.clock_error_s=0.000292"), None);
+        assert!(told("estimator.assumed.camera.clock_error_s=0.000285").is_some());
     }
 }

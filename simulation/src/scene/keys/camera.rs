@@ -136,6 +136,32 @@ pub const SETTINGS: &[Setting] = &[
         meaning: "standard deviation of the error of a frame's time stamp",
     },
     Setting {
+        key: "camera.clock_offset_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: -1e5, max: 1e5 },
+        meaning: "what the clock that stamps frames shows at the start; with this or a drift the camera has a clock of \
+                  its own, and exchanges with the board tell what it shows there",
+    },
+    Setting {
+        key: "camera.clock_drift_ppm",
+        unit: "ppm",
+        kind: Kind::Number { default: 0.0, min: -1000.0, max: 1000.0 },
+        meaning: "by how much the clock that stamps frames runs faster than the board's",
+    },
+    Setting {
+        key: "camera.clock_round_trip_s",
+        unit: "s",
+        kind: Kind::Number { default: 1e-3, min: 0.0, max: 0.02 },
+        meaning: "shortest time from a question of the camera's computer to the board's answer, of a camera with a \
+                  clock of its own; an assumption: USB",
+    },
+    Setting {
+        key: "camera.clock_round_trip_spread_s",
+        unit: "s",
+        kind: Kind::Number { default: 2e-4, min: 0.0, max: 0.01 },
+        meaning: "mean time by which such an exchange takes longer; an assumption",
+    },
+    Setting {
         key: "camera.late_probability",
         unit: "",
         kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },

@@ -89,6 +89,13 @@ pub const SETTINGS: &[Setting] = &[
         "s",
         "standard deviation of the error of a frame's time stamp, as the filters assume",
     ),
+    Setting {
+        key: "estimator.assumed.camera.clock_error_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e-2 },
+        meaning: "root mean square error of the clock that stamps frames, as the filters assume, where this is set; \
+                  else that of camera.clock_round_trip_s, of a camera with a clock of its own",
+    },
     assumed(
         "estimator.assumed.hub.clearance_m",
         "motor.hub.clearance_m",

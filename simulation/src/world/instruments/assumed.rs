@@ -8,12 +8,16 @@ use estimator::{CameraDescription, Instruments, VibrometerDescription};
 
 use motor_model::{OutOfBounds, math};
 
+use super::camera::ClockSettings;
 use super::ldv::resolution_m_s;
 use crate::scene::{RotorModel, Scene, SceneError};
 use crate::world::event_clock::EventRate;
 
 /// Radial clearance of the hub, as the filters assume: that of the design, where the rotor has a hub.
 const CLEARANCE: &str = "estimator.assumed.hub.clearance_m";
+
+/// Error of the clock that stamps frames, as the filters assume.
+const CLOCK_ERROR: &str = "estimator.assumed.camera.clock_error_s";
 
 /// Largest clearance of a hub per its design's: 30 % more, the tolerance of `motor.hub.clearance_m`.
 const CLEARANCE_TOLERANCE: f64 = 1.3;
@@ -56,13 +60,22 @@ fn camera(scene: &Scene) -> CameraDescription {
         mark_bias_m: math::sqrt(0.5) * scene.number("estimator.assumed.camera.subpixel_bias_m"),
         shift_m: shift_m(scene),
         stamp_sd_s: stamp_sd_s(scene),
-        clock_sd_micros: 0,
+        clock_sd_micros: clock_sd_micros(scene),
     }
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "a standard deviation needs no more digits")]
 fn stamp_sd_s(scene: &Scene) -> f32 {
     scene.number("estimator.assumed.camera.stamp_jitter_s") as f32
+}
+
+/// Root mean square error in us of the clock by which frames are stamped: what a key says, or what follows from the
+/// exchanges of a camera that has a clock of its own.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within 0 to 10,000")]
+fn clock_sd_micros(scene: &Scene) -> u16 {
+    let (told_s, follows_s) = (scene.number(CLOCK_ERROR), ClockSettings::of(scene).error_s());
+    let is_told = scene.keys_set().any(|key| key == CLOCK_ERROR);
+    (1e6 * if is_told { told_s } else { follows_s }).round() as u16
 }
 
 /// Root mean square shift of all marks in m, by the microscope's vibration of the amplitude V and the rotor's play of
@@ -198,6 +211,24 @@ mod tests {
             let off_m =
                 shared(sets).into_iter().zip(expected).map(|(told, expected)| (told - expected).abs());
             assert!(off_m.fold(0.0, f64::max) < 1e-15, "{sets:?}: {:?}", shared(sets));
+        }
+    }
+
+    /// A round trip of 1 ms, 0.2 ms of spread and a tick of 10 us: half of them over `sqrt 3`, 349.3 us. Nothing of a
+    /// camera whose frames are stamped by the board's clock.
+    #[test]
+    fn exact_the_error_of_a_camera_s_own_clock_is_assumed() {
+        let told = "estimator.assumed.camera.clock_error_s=1e-4";
+        for (sets, micros) in [
+            (&["camera.clock_round_trip_s=1e-2"][..], 0),
+            (&["camera.clock_offset_s=0.1"], 349),
+            (&["camera.clock_drift_ppm=-50"], 349),
+            (&["camera.clock_offset_s=0.1", "camera.clock_round_trip_s=1e-2"], 2_947),
+            (&["camera.clock_offset_s=0.1", told], 100),
+            (&[told], 100),
+            (&["camera.clock_offset_s=0.1", "estimator.assumed.camera.clock_error_s=0"], 0),
+        ] {
+            assert_eq!(of(sets).camera.clock_sd_micros, micros, "{sets:?}");
         }
     }
 

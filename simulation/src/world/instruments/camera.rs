@@ -22,6 +22,7 @@
 //! | duplicated frame | it arrives a second time, right after the first |
 //! | outlier | Gaussian error of the tracked position along the arc, of all marks alike, before quantisation |
 //! | stamp jitter | Gaussian error of the time stamp alone |
+//! | clock of its own | offset and drift of the clock that stamps, taken back by exchanges: [`own_clock`] |
 //! | late frame | it arrives 1 to `camera.late_frames` frames later, all as likely, and later frames overtake it |
 //! | loss | frames exposed within the outage do not exist |
 //! | sub-pixel bias | each coordinate of a mark is off by a sine of its place in a pixel: [`subpixel_bias`] |
@@ -33,6 +34,7 @@
 mod delivery;
 mod exposure;
 mod marks;
+mod own_clock;
 mod rigid_motion;
 mod single_mark;
 mod subpixel_bias;
@@ -56,6 +58,8 @@ use delivery::Delivery;
 use exposure::{Exposure, Shown};
 use marks::Marks;
 pub use marks::{MarkCounts, MarkedPose};
+pub(in crate::world::instruments) use own_clock::ClockSettings;
+use own_clock::OwnClock;
 use subpixel_bias::SubpixelBias;
 use vibration::Vibration;
 
@@ -90,6 +94,8 @@ pub struct Camera {
     faulty: FaultChances,
     stamp_jitter_nanos: f64,
     stamps: Pcg64,
+    /// `None` where the board's clock stamps the frames.
+    own_clock: Option<OwnClock>,
     delivery: Delivery,
     /// What it shows wrongly; without pictures that do not exist.
     faults: FaultTimes<CameraFault>,
@@ -131,6 +137,7 @@ impl Camera {
             }),
             stamp_jitter_nanos: 1e9 * scene.number("camera.stamp_jitter_s"),
             stamps: random_streams::stream(seed, RandomSource::CameraStamp),
+            own_clock: OwnClock::of(scene),
             delivery: Delivery::new(scene, rate),
             faults: FaultTimes::of(scene, |kind| match kind {
                 FaultKind::Camera(fault) => shows_wrongly(fault).then_some(fault),
@@ -159,6 +166,12 @@ impl Camera {
                 .map(|key| scene.number(key));
         (noise_m * noise_m + resolution_m * resolution_m / 12.0)
             / (real(scene.integer("camera.marks")) * radius_m * radius_m)
+    }
+
+    /// Root mean square error in s of the clock by which the frames of a scene are stamped: what exchanges with the
+    /// board leave of it; 0 of the board's own.
+    pub fn clock_error_s(scene: &Scene) -> f64 {
+        ClockSettings::of(scene).error_s()
     }
 
     /// What the marks of the last picture showed; `None` of a single mark, and if they did not agree.
@@ -290,11 +303,12 @@ impl Camera {
         let middle = Time::from_nanos(now.nanos_since(Time::from_nanos(middle_nanos)));
         let jitter: f64 = StandardNormal.sample(&mut self.stamps);
         let late_nanos = (self.stamp_jitter_nanos * jitter).round();
-        if late_nanos < 0.0 {
+        let stamped = if late_nanos < 0.0 {
             Time::from_nanos(middle.nanos_since(Time::from_nanos(-late_nanos as u64)))
         } else {
             middle.plus_nanos(late_nanos as u64)
-        }
+        };
+        self.own_clock.as_mut().map_or(stamped, |clock| clock.by_the_board(now, stamped))
     }
 
     /// The oldest frame that has arrived by `now`.

@@ -1,4 +1,4 @@
-//! The board's clock by the host's, from round trips.
+//! The board's clock by the host's, from round trips: of a host at a serial line, and of a camera's computer.
 //!
 //! The host asks at `sent`, the answer is there at `received`, and it carries the board's count of ticks. The board
 //! counted them somewhere in between, so its clock less the host's lies within half the round trip of
