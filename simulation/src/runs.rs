@@ -6,6 +6,7 @@ pub mod commission;
 mod error;
 pub mod filter;
 pub mod health_words;
+pub mod late_interrupts;
 pub mod not_modelled;
 pub mod position;
 pub mod rate;

@@ -1,6 +1,7 @@
 //! The closed loop of motor, instruments, filter and controller.
 
 mod law_interrupted_moves;
+mod law_late_interrupts;
 mod law_latency;
 mod law_other_instruments;
 mod law_quiet_stator;

@@ -79,6 +79,8 @@ pub enum RandomSource {
     GyroscopeErrorDraw = 35,
     /// Delays of the exchanges between a camera with a clock of its own and the board.
     CameraOwnClock = 36,
+    /// By how much the board's interrupts are late.
+    LateInterrupts = 37,
 }
 
 /// The stream of `source` in the run that `seed` names.
@@ -172,6 +174,7 @@ mod tests {
             RandomSource::IdentificationDraw,
             RandomSource::IdentificationChain,
             RandomSource::CameraOwnClock,
+            RandomSource::LateInterrupts,
         ];
         let draw = |seed, source| stream(seed, source).next_u64();
         let all: Vec<u64> =

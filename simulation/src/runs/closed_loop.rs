@@ -11,6 +11,7 @@ use motor_model::Time;
 
 use crate::runs::RunError;
 use crate::runs::filter::AnyFilter;
+use crate::runs::late_interrupts::LateInterrupts;
 use crate::runs::tick_driver::{Moment, RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
 use crate::world::instruments::assumed;
@@ -55,6 +56,15 @@ pub fn latency_ticks(scene: &Scene) -> usize {
     usize::try_from(scene.integer("board.latency_ticks")).unwrap_or(LATENCY_TICKS_MAX)
 }
 
+/// The rig of a scene, and a program on its board.
+///
+/// # Errors
+/// As [`TickDriver::new`], and when the interrupts are late by less than a step of the plant.
+pub(super) fn on_board<P: TickProgram>(scene: &Scene, program: P) -> Result<TickDriver<P>, RunError> {
+    let driver = TickDriver::new(scene, program)?.with_latency(latency_ticks(scene));
+    Ok(driver.with_interrupts(LateInterrupts::of(scene)?))
+}
+
 /// The positioning loop of a scene.
 ///
 /// # Errors
@@ -63,7 +73,7 @@ pub fn latency_ticks(scene: &Scene) -> usize {
 pub fn positioning(scene: &Scene, target: Target, tuning: PositioningTuning) -> Result<ClosedLoop, RunError> {
     let position_loop =
         PositionLoop::new(AnyFilter::of(scene)?, scene.response_map()?, target, tuning, Time::ZERO);
-    Ok(TickDriver::new(scene, position_loop)?.with_latency(latency_ticks(scene)))
+    on_board(scene, position_loop)
 }
 
 /// The loop of a scene that holds a rate.
@@ -73,7 +83,7 @@ pub fn positioning(scene: &Scene, target: Target, tuning: PositioningTuning) -> 
 /// design.
 pub fn rate(scene: &Scene, hold: RateHold) -> Result<ClosedRateLoop, RunError> {
     let rate_loop = RateLoop::new(AnyFilter::of(scene)?, scene.response_map()?, hold);
-    Ok(TickDriver::new(scene, rate_loop)?.with_latency(latency_ticks(scene)))
+    on_board(scene, rate_loop)
 }
 
 impl PositioningMoment {

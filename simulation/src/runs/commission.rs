@@ -15,7 +15,7 @@ use controller::{InFlight, ResponseMap};
 use motor_model::{DriveMode, MotorParams, Parameter, Time};
 
 use crate::runs::RunError;
-use crate::runs::closed_loop::latency_ticks;
+use crate::runs::closed_loop;
 use crate::runs::filter::AnyFilter;
 use crate::runs::tick_driver::{Moment, RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
@@ -111,7 +111,7 @@ impl CommissioningRun {
             in_flight: InFlight::new(),
         };
         Ok(Self {
-            driver: TickDriver::new(scene, program)?.with_latency(latency_ticks(scene)),
+            driver: closed_loop::on_board(scene, program)?,
             prior: scene.response_map()?,
             commissioning: Commissioning::new(&instruments),
         })

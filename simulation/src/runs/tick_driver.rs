@@ -8,6 +8,9 @@
 //!
 //! All programs that run a motor in ticks run here: the controller's loops, baselines, filters under a given drive,
 //! recordings.
+//!
+//! Where the board's interrupts are late ([`LateInterrupts`]), the plant runs on beyond the tick before the program is
+//! asked, which takes it for the time of the tick. A moment has the truth at that time.
 
 use std::ops::ControlFlow;
 
@@ -15,6 +18,7 @@ use controller::{Drive, InFlight, Sense};
 use estimator::{CameraFrame, LdvSample};
 use motor_model::{Angle, DriveCommand, Time};
 
+use crate::runs::late_interrupts::LateInterrupts;
 use crate::runs::record::Impact;
 use crate::scene::{Scene, SceneError};
 use crate::world::instruments::camera::{DeliveredFrame, MarkCounts, MarkedPose};
@@ -134,6 +138,27 @@ impl<R> Moment<R> {
 pub struct TickDriver<P> {
     ports: RigPorts,
     program: P,
+    /// `None` of interrupts that are on time.
+    interrupts: Option<LateInterrupts>,
+    /// Steps of the plant by which it has run beyond the last tick.
+    beyond: u64,
+}
+
+/// The truth at the end of a tick.
+struct Truth {
+    at: Time,
+    angle: Angle,
+    own_axis_angle: Angle,
+    rate_rad_s: f64,
+    tilt: Option<RotorTilt>,
+}
+
+impl Truth {
+    fn of(plant: &Plant) -> Self {
+        let (rotor, own_axis_angle) = (plant.rotor(), plant.own_axis_angle());
+        let (angle, rate_rad_s) = (rotor.angle, rotor.rate_rad_s);
+        Self { at: plant.now(), angle, own_axis_angle, rate_rad_s, tilt: plant.tilt() }
+    }
 }
 
 impl<P: TickProgram> TickDriver<P> {
@@ -154,6 +179,8 @@ impl<P: TickProgram> TickDriver<P> {
                 impacts: Vec::new(),
             },
             program,
+            interrupts: None,
+            beyond: 0,
         })
     }
 
@@ -161,6 +188,13 @@ impl<P: TickProgram> TickDriver<P> {
     #[must_use]
     pub fn with_latency(mut self, ticks: usize) -> Self {
         self.ports.latency_ticks = ticks;
+        self
+    }
+
+    /// The same with the interrupts of a board that are late.
+    #[must_use]
+    pub fn with_interrupts(mut self, interrupts: Option<LateInterrupts>) -> Self {
+        self.interrupts = interrupts;
         self
     }
 
@@ -221,26 +255,34 @@ impl<P: TickProgram> TickDriver<P> {
 
     /// Runs to the end of the next tick.
     pub fn next_tick(&mut self) -> Moment<P::Report> {
-        let Self { ports, program } = self;
-        let RigPorts { rig, command, impacts, .. } = ports;
-        impacts.clear();
+        self.ports.impacts.clear();
+        let late = self.interrupts.as_mut().map_or(0, LateInterrupts::draw);
+        if self.interrupts.as_ref().is_some_and(LateInterrupts::takes_samples) {
+            self.ports.rig.sample_late(late);
+        }
+        self.run_plant(self.ports.rig.tick_steps() - self.beyond);
+        let Truth { at, angle, own_axis_angle, rate_rad_s, tilt } = Truth::of(self.ports.rig.plant());
+        self.run_plant(late);
+        self.beyond = late;
+        let Self { ports, program, .. } = self;
+        ports.measurements.camera_frame = None;
+        ports.measurements.marked = None;
+        ports.measurements.ldv_samples.clear();
+        let report = program.tick(at, ports);
+        Moment { at, angle, own_axis_angle, rate_rad_s, tilt, report }
+    }
+
+    /// The plant under the command that acts, over so many of its steps.
+    fn run_plant(&mut self, steps: u64) {
+        let Self { ports: RigPorts { rig, command, impacts, .. }, program, .. } = self;
         if P::OBSERVES_STEPS {
-            rig.tick_in_steps(*command, &mut |step, plant| {
+            rig.run_in_steps(steps, *command, &mut |step, plant| {
                 impacts.extend(Impact::of(step));
                 program.step(step, plant);
             });
         } else {
-            rig.tick(*command, &mut |step| impacts.extend(Impact::of(step)));
+            rig.run(steps, *command, &mut |step| impacts.extend(Impact::of(step)));
         }
-        ports.measurements.camera_frame = None;
-        ports.measurements.marked = None;
-        ports.measurements.ldv_samples.clear();
-        let at = ports.rig.plant().now();
-        let report = program.tick(at, ports);
-        let plant = ports.rig.plant();
-        let (rotor, own_axis_angle) = (plant.rotor(), plant.own_axis_angle());
-        let (angle, rate_rad_s, tilt) = (rotor.angle, rotor.rate_rad_s, plant.tilt());
-        Moment { at, angle, own_axis_angle, rate_rad_s, tilt, report }
     }
 
     /// Runs until `observe` breaks, and returns its value.

@@ -143,10 +143,31 @@ impl Rig {
 
     /// A tick of the loop under `command` in single steps, each shown to `observe` with the plant after it.
     pub fn tick_in_steps(&mut self, command: DriveCommand, observe: &mut dyn FnMut(&PlantStep, &Plant)) {
-        for _ in 0..self.tick_steps {
+        self.run_in_steps(self.tick_steps, command, observe);
+    }
+
+    /// The same over so many steps of the plant.
+    pub fn run_in_steps(
+        &mut self,
+        steps: u64,
+        command: DriveCommand,
+        observe: &mut dyn FnMut(&PlantStep, &Plant),
+    ) {
+        for _ in 0..steps {
             let step = self.step(command);
             observe(&step, &self.plant);
         }
+    }
+
+    /// Steps of the plant in a tick.
+    pub fn tick_steps(&self) -> u64 {
+        self.tick_steps
+    }
+
+    /// From now on the vibrometer is sampled so many steps of the plant later than its samples are stamped.
+    pub fn sample_late(&mut self, steps: u64) {
+        self.ldv.sample_late(steps * PositionLoop::TICK_NANOS / self.tick_steps);
+        self.due = self.camera.due().min(self.ldv.due());
     }
 
     /// A tick of the loop under `command`, seen by the instruments that are due. At rest the plant takes long steps,
@@ -155,11 +176,17 @@ impl Rig {
     /// Every step in which the rotor meets anything is shown to `observe_impact`; long steps are not.
     // Not generic: the steps of the plant are compiled once, with this crate.
     pub fn tick(&mut self, command: DriveCommand, observe_impact: &mut dyn FnMut(&PlantStep)) {
-        let end = self.plant.steps() + self.tick_steps;
+        self.run(self.tick_steps, command, observe_impact);
+    }
+
+    /// The same over so many steps of the plant.
+    pub fn run(&mut self, steps: u64, command: DriveCommand, observe_impact: &mut dyn FnMut(&PlantStep)) {
+        let end = self.plant.steps() + steps;
         while self.plant.steps() < end {
             let command = self.faulty(command);
             let before = self.seen;
-            let long = command == DriveCommand::OFF && self.may_rest() && self.plant.rest_step();
+            let fits = self.plant.steps() + self.rest_steps <= end;
+            let long = command == DriveCommand::OFF && fits && self.may_rest() && self.plant.rest_step();
             let met = !long && self.step_plant(command);
             self.show(met);
             if met {

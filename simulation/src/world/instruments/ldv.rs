@@ -68,6 +68,8 @@ pub struct Ldv {
     offsets: FaultTimes<f64>,
     /// The last value without a fault.
     shown_m_s: f32,
+    /// By how much samples are taken later than they are stamped.
+    late_nanos: u64,
     unread: VecDeque<LdvSample>,
 }
 
@@ -119,6 +121,7 @@ impl Ldv {
                 _ => None,
             }),
             shown_m_s: 0.0,
+            late_nanos: 0,
             unread: VecDeque::new(),
         }
     }
@@ -149,14 +152,26 @@ impl Ldv {
     /// When the next sample is due; never without a vibrometer.
     #[inline]
     pub fn due(&self) -> Time {
-        self.clock.as_ref().map_or(Time::from_nanos(u64::MAX), EventClock::due)
+        self.stamp().map_or(Time::from_nanos(u64::MAX), |stamp| stamp.plus_nanos(self.late_nanos))
+    }
+
+    /// The time of the next sample, as it is stamped.
+    #[inline]
+    fn stamp(&self) -> Option<Time> {
+        self.clock.as_ref().map(EventClock::due)
+    }
+
+    /// From now on the board takes each sample later by this than its stamp says.
+    pub fn sample_late(&mut self, late_nanos: u64) {
+        self.late_nanos = late_nanos;
     }
 
     /// Sees the rotor over a step: takes the samples that are due.
     pub fn follow(&mut self, path: &RotorPath) {
-        while self.due() <= path.until.at {
-            let at = self.due();
-            self.sample(at, path.velocity_at(at, self.spot_m));
+        while let (at, Some(stamp)) = (self.due(), self.stamp())
+            && at <= path.until.at
+        {
+            self.sample(stamp, path.velocity_at(at, self.spot_m));
             self.clock.iter_mut().for_each(EventClock::advance);
         }
     }
