@@ -18,6 +18,7 @@ use crate::test_support::{MOVE, Pin, Pins, framed};
 
 mod amplifier;
 mod line_budget;
+mod lost_ticks;
 #[cfg(feature = "commissioning")]
 mod reports;
 mod stuck_line;
@@ -28,6 +29,16 @@ struct RotorAtRest {
     samples: u32,
     /// Whether one sample in four is out of the converter's range.
     beyond_range: bool,
+    /// Whether it is a rotor at rest no more.
+    bounces: bool,
+}
+
+impl RotorAtRest {
+    /// Sample `number` in m/s, from 1.
+    fn velocity_m_s(number: u32, bounces: bool) -> f32 {
+        let at_rest_m_s = if number.is_multiple_of(2) { -1e-5 } else { 1e-5 };
+        if bounces { at_rest_m_s + lost_ticks::flight_m_s(number) } else { at_rest_m_s }
+    }
 }
 
 impl Converter for RotorAtRest {
@@ -35,7 +46,7 @@ impl Converter for RotorAtRest {
         [(); SAMPLES_PER_TICK].map(|()| {
             self.samples += 1;
             let is_within = !(self.beyond_range && self.samples.is_multiple_of(4));
-            is_within.then_some(if self.samples.is_multiple_of(2) { -1e-5 } else { 1e-5 })
+            is_within.then_some(Self::velocity_m_s(self.samples, self.bounces))
         })
     }
 }
