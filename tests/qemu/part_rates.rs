@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The simulated loop has the filter and the latency of the board. So the board decides as it did, and what the script
-//! shows is what the board's own drive does to the motor.
+//! shows is what the board's own drive does to the motor: the reports of both are the same to the last bit.
 
 use std::convert::Infallible;
 use std::io::Write as _;
@@ -21,13 +21,15 @@ use firmware::application::OVERRUNS_MAX;
 use host_sim::board::pil::FreeRunningBoard;
 use host_sim::scene_files::GalleryScene;
 use link::{
-    BoardFault, BoardMessage, CommandRecord, Configuration, Counters, FilterKind, HostMessage, PhaseRecord,
-    TickRecord, description_messages,
+    BoardFault, BoardMessage, CommandRecord, Configuration, Counters, EstimateRecord, FilterKind,
+    HostMessage, InnovationRecord, PhaseRecord, RateConfiguration, RateLimitsRecord, TickRecord,
+    description_messages,
 };
 use motor_model::{Angle, DriveCommand};
 use serde_json::Value;
 use simulation::Scene;
-use simulation::runs::position;
+use simulation::runs::tick_driver::TickMeasurements;
+use simulation::runs::{position, rate};
 use simulation::world::instruments::assumed;
 
 use crate::programs::elf_with;
@@ -43,9 +45,15 @@ const FILTERS: [(FilterKind, &str, &str); 3] = [
     (FilterKind::Twin, "twin", "program_tick_twin"),
 ];
 
+/// MHz of a processor that has the time for the twin.
+const TWIN_MHZ: u32 = 800;
+
 /// The move: a cruise, bursts, and a hold.
 const MOVE: [(&str, &str); 3] =
     [("position.to_deg", "10"), ("position.tolerance_deg", "0.1"), ("position.hold_s", "0.02")];
+
+/// The first ticks of a move, which the board is busy with its beginning for, have nothing to show.
+const NOT_SHOWN: &str = "ldv:lost@0..0.0001";
 
 /// Ticks in which the slowest part builds any filter, of 1,500 instructions each: 4.5 million, longer than the watchdog
 /// waits, which is 10 ms at 4 ns an instruction.
@@ -64,68 +72,112 @@ fn scene(name: &str, filter: &str) -> Scene {
     let of_gallery = GalleryScene::named(name).expect("a scene of the gallery");
     let mut scene = Scene::default();
     scene.set_all(of_gallery.text, Path::new(name)).expect("settings");
-    for (key, value) in MOVE.into_iter().chain([("estimator.filter", filter)]) {
+    for (key, value) in MOVE.into_iter().chain([("estimator.filter", filter), ("faults", NOT_SHOWN)]) {
         scene.set(key, value).expect("within its bounds");
     }
     scene
 }
 
-/// A move as a board is to make it.
-struct ScriptedMove {
+/// A run of the simulated loop as a board is to make it.
+struct ScriptedRun {
     script: Script,
     /// The board's ticks before the first of the loop.
     before: u64,
-    /// What the amplifier applied in each tick of the simulation.
-    applied: Vec<CommandRecord>,
+    /// What the simulated loop reported in each tick, in the board's time.
+    reports: Vec<TickRecord>,
     /// Where the rotor is at the end.
     end: Angle,
+    /// Ticks from a decision until its command acts.
+    latency_ticks: u8,
 }
 
-impl ScriptedMove {
-    /// The move of `scene`. After it the host asks for counters, stops the board and arms it again.
-    fn of(scene: &Scene, filter: FilterKind) -> Self {
-        let mut script = Script::default();
-        Self::arm(&mut script, scene, filter);
-        let before = script.ticks();
-        let (mut applied, mut end) = (Vec::new(), Angle::ZERO);
+impl ScriptedRun {
+    /// The move of `scene`.
+    fn of_move(scene: &Scene, filter: FilterKind) -> Self {
+        let mut run = Self::armed(
+            scene,
+            &HostMessage::Configure(Configuration {
+                filter,
+                target_deg: scene.number("position.to_deg"),
+                tolerance_deg: scene.number("position.tolerance_deg"),
+                deadline_nanos: scene.nanos("position.deadline_s"),
+            }),
+        );
         let outcome = position::run_with(scene, |closed_loop, moment| {
-            let measurements = closed_loop.measurements();
-            script.pass(&measurements.ldv_samples);
-            if let Some(frame) = measurements.camera_frame {
-                let exposed_at = frame.exposed_at.plus_nanos(before * PositionLoop::TICK_NANOS);
-                script.show(CameraFrame { exposed_at, ..frame });
-            }
-            applied.push(TickRecord::from(&moment.report).applied);
-            end = moment.angle;
-            ControlFlow::<Infallible>::Continue(())
+            run.take(closed_loop.measurements(), (&moment.report).into(), moment.angle)
         });
         let ControlFlow::Continue(outcome) = outcome.expect("a move");
         assert!(outcome.ok, "the simulated loop has the time: {outcome}");
-        for message in [HostMessage::Arm, HostMessage::Count, HostMessage::Stop, HostMessage::Arm] {
-            script.send(&message);
-        }
-        script.pass_until_received();
-        Self { script, before, applied, end }
+        run.ended()
     }
 
-    /// The board is told all of `scene`, and armed: the last byte comes in the last tick before those of the loop.
-    fn arm(script: &mut Script, scene: &Scene, filter: FilterKind) {
+    /// The rate of `scene`.
+    fn of_rate(scene: &Scene, filter: FilterKind) -> Self {
+        let mut run = Self::armed(
+            scene,
+            &HostMessage::ConfigureRate(RateConfiguration {
+                filter,
+                rate_deg_s: scene.number("rate.deg_s"),
+                duration_nanos: scene.nanos("rate.duration_s"),
+                limits: RateLimitsRecord::default(),
+            }),
+        );
+        let outcome = rate::run_with(
+            scene,
+            |_| (),
+            |closed_loop, moment| run.take(closed_loop.measurements(), (&moment.report).into(), moment.angle),
+        );
+        let ControlFlow::Continue(outcome) = outcome.expect("a rate");
+        assert_eq!(outcome.stopped, None, "the simulated loop has the time");
+        run.ended()
+    }
+
+    /// The board is told all of `scene`, and armed.
+    fn armed(scene: &Scene, configure: &HostMessage) -> Self {
+        let mut script = Script::default();
         let latency_ticks = u8::try_from(scene.integer("board.latency_ticks")).expect("16 at most");
         let (motor, map) = (scene.motor_params(), scene.response_map().expect("that of the design"));
-        let configuration = Configuration {
-            filter,
-            target_deg: scene.number("position.to_deg"),
-            tolerance_deg: scene.number("position.tolerance_deg"),
-            deadline_nanos: scene.nanos("position.deadline_s"),
-        };
         script.send(&HostMessage::Hello);
         description_messages(&motor, assumed(scene), latency_ticks, Some(&map))
             .for_each(|message| script.send(&message));
-        script.send(&HostMessage::Configure(configuration));
+        script.send(configure);
         script.pass_until_received();
         (0..BUILD_TICKS).for_each(|_| script.pass(&[]));
         script.send(&HostMessage::Arm);
         script.pass_until_received();
+        // The move begins with the tick before the one in which it is told.
+        let before = script.ticks() - 1;
+        Self { script, before, reports: Vec::new(), end: Angle::ZERO, latency_ticks }
+    }
+
+    /// A tick of the simulated loop. The first is that in which the last byte has come, and shows no sample.
+    fn take(
+        &mut self,
+        measurements: &TickMeasurements,
+        report: TickRecord,
+        angle: Angle,
+    ) -> ControlFlow<Infallible> {
+        let begun_nanos = self.before * PositionLoop::TICK_NANOS;
+        if self.reports.is_empty() {
+            assert_eq!(*measurements, TickMeasurements::default());
+        } else {
+            self.script.pass(&measurements.ldv_samples);
+        }
+        if let Some(frame) = measurements.camera_frame {
+            self.script.show(CameraFrame { exposed_at: frame.exposed_at.plus_nanos(begun_nanos), ..frame });
+        }
+        self.reports.push(later(report, begun_nanos));
+        self.end = angle;
+        ControlFlow::Continue(())
+    }
+
+    /// Then the host asks for counters, stops the board and arms it again.
+    fn ended(mut self) -> Self {
+        for message in [HostMessage::Arm, HostMessage::Count, HostMessage::Stop, HostMessage::Arm] {
+            self.script.send(&message);
+        }
+        self.script.pass_until_received();
+        self
     }
 
     /// What a board says of it that has the instructions of a part of so many MHz.
@@ -138,6 +190,17 @@ impl ScriptedMove {
         file.write_all(&self.script.bytes(clocks_per_tick)).expect("a script");
         let board = FreeRunningBoard::start_scripted(Path::new(elf), file.path());
         Said::by(&mut board.expect("QEMU starts, tests/run.sh installs it"))
+    }
+}
+
+/// The report of a loop that began `nanos` later. A move of which nothing is under way has no instant since when.
+fn later(report: TickRecord, nanos: u64) -> TickRecord {
+    let has_begun = report.rate.is_some() || report.since_nanos > 0;
+    TickRecord {
+        estimate: report.estimate.map(|of| EstimateRecord { at_nanos: of.at_nanos + nanos, ..of }),
+        camera: report.camera.map(|of| InnovationRecord { taken_nanos: of.taken_nanos + nanos, ..of }),
+        since_nanos: report.since_nanos + if has_begun { nanos } else { 0 },
+        ..report
     }
 }
 
@@ -181,15 +244,37 @@ impl Said {
         assert_eq!([damaged, oversize, duplicates, late, lost, dropped], [0; 6], "{:?}", self.counters);
     }
 
-    /// Each report, which comes with every change of the drive too, has the drive that was simulated for its tick.
+    /// Each report, which comes with every change of the drive of a move too, is that of the simulated loop in its tick,
+    /// to the last bit of every field. After the last tick the drive goes off.
     #[track_caller]
-    fn check_drive(&self, made: &ScriptedMove) {
+    fn check_reports(&self, made: &ScriptedRun) {
         let off = CommandRecord::from(DriveCommand::OFF);
+        let mut compared = 0;
         for (tick, report) in &self.reports {
-            let number = usize::try_from(tick - made.before - 1).expect("a short move");
-            let simulated = made.applied.get(number).copied().unwrap_or(off);
-            assert_eq!(report.applied, simulated, "tick {number} of the move");
+            let number = usize::try_from(tick - made.before - 1).expect("a short run");
+            if let Some(simulated) = made.reports.get(number) {
+                compared += 1;
+                assert_eq!(
+                    simulated.difference(report),
+                    None,
+                    "tick {number}, left: simulated, on the board"
+                );
+            } else if number > made.reports.len() + usize::from(made.latency_ticks) {
+                assert_eq!(report.applied, off, "tick {number}");
+            }
         }
+        // A thousand a second.
+        assert!(compared >= made.reports.len() / 100, "{compared} of {} ticks", made.reports.len());
+    }
+
+    /// The messages are those of a board that makes `made` in time, every frame has arrived, and every report is right.
+    #[track_caller]
+    fn check(&self, made: &ScriptedRun) {
+        let armed = BoardMessage::Armed;
+        assert_eq!(self.messages(), [&armed, &armed, &BoardMessage::Stopped, &armed]);
+        assert_eq!(self.counters.overruns, 0, "{:?}", self.counters);
+        self.check_line();
+        self.check_reports(made);
     }
 }
 
@@ -207,29 +292,58 @@ fn cases(fits: bool) -> Vec<(&'static str, u32, FilterKind, &'static str)> {
     cases
 }
 
-/// At the latency of the part's scene no command is late, the drive is that of the simulation, and the rotor is held at
-/// the target. With a latency of one tick, which is less than the counts say is needed, some commands are late.
+/// At the latency of the part's scene no command is late, every report is that of the simulation to the last bit, and
+/// the rotor is held at the target. With a latency of one tick, which is less than the counts say is needed, some
+/// commands are late.
 #[test]
 fn dual_a_program_meets_its_deadlines_on_a_part_that_has_the_time() {
     for (part, mhz, filter, name) in cases(true) {
         let mut scene = scene(part, name);
-        let made = ScriptedMove::of(&scene, filter);
+        let made = ScriptedRun::of_move(&scene, filter);
         let said = made.run_at(mhz);
-        let armed = BoardMessage::Armed;
-        assert_eq!(said.messages(), [&armed, &armed, &BoardMessage::Stopped, &armed], "{part}, {name}");
-        assert_eq!(said.counters.overruns, 0, "{part}, {name}: {:?}", said.counters);
-        said.check_line();
-        said.check_drive(&made);
+        // For whoever reads why it failed.
+        println!("{part}, {name}");
+        said.check(&made);
         let (_, last) = said.reports.last().expect("a thousand a second");
-        assert_eq!(last.phase.value(), Some(PhaseRecord::Holding), "{part}, {name}: {last:?}");
+        assert_eq!(last.phase.value(), Some(PhaseRecord::Holding), "{last:?}");
         let estimate = Angle::from_units(last.estimate.expect("of a rotor at rest").angle_units);
         let off_deg = estimate.minus(made.end).degrees();
-        assert!(off_deg.abs() <= scene.number("position.tolerance_deg"), "{part}, {name}: {off_deg}");
+        assert!(off_deg.abs() <= scene.number("position.tolerance_deg"), "{off_deg}");
 
         scene.set("board.latency_ticks", "1").expect("within its bounds");
-        let late = ScriptedMove::of(&scene, filter).run_at(mhz).counters;
-        assert!(late.overruns > 0, "{part}, {name}: {late:?}");
+        let late = ScriptedRun::of_move(&scene, filter).run_at(mhz).counters;
+        assert!(late.overruns > 0, "{late:?}");
     }
+}
+
+/// The twin, with the longest latency on a part that has the time for it: every report is that of the simulation.
+#[test]
+fn dual_the_program_with_the_twin_computes_what_the_simulation_does() {
+    let (filter, name, tick) = FILTERS[2];
+    assert!(reviewed(&format!("{tick}_latency_at_{}", 10 * TWIN_MHZ)) <= LATENCY_TICKS_MAX as u64);
+    let mut scene = scene("stm32h743", name);
+    scene.set("board.latency_ticks", &LATENCY_TICKS_MAX.to_string()).expect("within its bounds");
+    let made = ScriptedRun::of_move(&scene, filter);
+    made.run_at(TWIN_MHZ).check(&made);
+}
+
+/// The scene of the STM32H743, with a rotor that tilts in its place, and with a rate in the place of the move: every
+/// report is that of the simulation.
+#[test]
+fn dual_the_program_of_the_stm32h743_computes_what_the_simulation_does() {
+    let (part, mhz) = PARTS[1];
+    let (filter, name, _) = FILTERS[1];
+    let tilting = GalleryScene::named("set_f_plant").expect("a scene of the gallery");
+    let mut scene = scene(part, name);
+    for (key, value) in [("rate.deg_s", "160"), ("rate.duration_s", "0.5")] {
+        scene.set(key, value).expect("within its bounds");
+    }
+    let made = ScriptedRun::of_rate(&scene, filter);
+    made.run_at(mhz).check(&made);
+
+    scene.set_all(tilting.text, Path::new("set_f_plant")).expect("settings");
+    let made = ScriptedRun::of_move(&scene, filter);
+    made.run_at(mhz).check(&made);
 }
 
 /// K9: with the longest latency there is, ten deadlines in a row are missed. The board says so, is off, and stays off
@@ -239,7 +353,7 @@ fn dual_a_program_misses_its_deadlines_on_a_part_without_the_time_and_switches_o
     for (part, mhz, filter, name) in cases(false) {
         let mut scene = scene(part, name);
         scene.set("board.latency_ticks", &LATENCY_TICKS_MAX.to_string()).expect("within its bounds");
-        let made = ScriptedMove::of(&scene, filter);
+        let made = ScriptedRun::of_move(&scene, filter);
         let said = made.run_at(mhz);
         let (armed, overrun) = (BoardMessage::Armed, BoardMessage::Fault(BoardFault::Overrun));
         let expected = [&armed, &overrun, &overrun, &BoardMessage::Stopped, &armed];

@@ -77,6 +77,8 @@ mod board {
         watchdog.start();
         start(core.SYST, pulses);
         loop {
+            #[cfg(feature = "scripted")]
+            line.loop_is_at(main_loop.task.last_interrupt());
             let received = main_loop.receive(&mut line);
             #[cfg(feature = "keep")]
             if main_loop.task.wants_store() {

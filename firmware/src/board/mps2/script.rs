@@ -67,6 +67,8 @@ pub struct Line {
     uart: Uart,
     /// The next tick whose bytes are received.
     next: usize,
+    /// Ticks whose bytes may be read.
+    readable: usize,
     /// Bytes that are received and not yet read, the next one lowest, and how many there are.
     bytes: u32,
     waiting: u32,
@@ -74,14 +76,22 @@ pub struct Line {
 
 impl Line {
     pub(super) fn start() -> Self {
-        Self { uart: Uart::start(), next: 0, bytes: 0, waiting: 0 }
+        Self { uart: Uart::start(), next: 0, readable: 1, bytes: 0, waiting: 0 }
+    }
+
+    /// The loop has run the tick of this interrupt. To a loop that is behind, the line brings what was received by its
+    /// next tick, as to one that is on time: what a tick takes in does not depend on how long those before it took.
+    pub fn loop_is_at(&mut self, interrupt: u64) {
+        #[expect(clippy::cast_possible_truncation, reason = "a short script")]
+        let next = interrupt as usize + 1;
+        self.readable = next;
     }
 }
 
 impl SerialLine for Line {
     fn read(&mut self) -> Option<u8> {
         while self.waiting == 0 {
-            if self.next >= INTERRUPTS.load(Ordering::Acquire) {
+            if self.next >= INTERRUPTS.load(Ordering::Acquire).min(self.readable) {
                 return None;
             }
             let [.., line] = tick(self.next)?;
