@@ -9,8 +9,9 @@ use estimator::{CameraDescription, Instruments};
 use host_sim::board::pil::FreeRunningBoard;
 use host_sim::board::telemetry::{LogDictionary, LogEntry, LogReader};
 use link::{
-    BoardFault, BoardMessage, Configuration, Counters, DescriptionDigest, DescriptionDigests, FilterKind,
-    HostMessage, KeptDescription, TargetRecord, VERSION, description_messages,
+    BoardFault, BoardMessage, Configuration, Counters, DescriptionDigest, DescriptionDigests,
+    FRAME_BYTES_MAX, FilterKind, HostMessage, KeptDescription, TargetRecord, VERSION, description_messages,
+    encode,
 };
 use motor_model::{Angle, MotorParams};
 
@@ -152,6 +153,33 @@ fn tool_board_survives_a_flood_in_time() {
     let counters = board.counters();
     assert!(counters.damaged > 50, "{counters:?}");
     assert_eq!(counters.overruns, 0, "{counters:?}");
+}
+
+/// In the board's time no direction of the emulated line is faster than that of a real one, 2 bytes a tick: the host
+/// asks a question again and again, whose answer is longer than it is. Some answers find no room.
+#[test]
+fn law_the_emulated_line_is_no_faster_than_a_real_one() {
+    const QUESTIONS: usize = 1000;
+    const ANSWERS: usize = 60;
+    // Of an answer it is known when it was made, and not when it was sent.
+    const WAITING_BYTES: u64 = 2 * FRAME_BYTES_MAX as u64;
+    let mut board = Board::start(None);
+    board.answers(&HostMessage::Hello, &BoardMessage::Welcome { tick_nanos: 10_000 });
+    board.answers(&HostMessage::Configure(MOVE), &BoardMessage::Configured);
+    let questions = [(); QUESTIONS].map(|()| board.0.frame(&HostMessage::Learnt).expect("it fits"));
+    board.send(&questions.concat());
+    let answers = [(); ANSWERS].map(|()| board.0.receive().expect("the board answers"));
+    let [(first, _), after @ .., (last, _)] = &answers;
+    let ticks = last.ticks - first.ticks;
+    let asked = (last.sequence - first.sequence) as usize;
+    let to_board: usize = questions[1..=asked].iter().map(Vec::len).sum();
+    let from_board = after.iter().map(|(header, answer)| {
+        assert!(matches!(answer, BoardMessage::Learnt(_)), "{answer:?}");
+        encode(*header, answer, &mut [0; FRAME_BYTES_MAX]).expect("it fits")
+    });
+    for (bytes, way) in [(to_board, "to the board"), (from_board.sum(), "from the board")] {
+        assert!(bytes as u64 <= 2 * ticks + WAITING_BYTES, "{way}: {bytes} bytes in {ticks} ticks");
+    }
 }
 
 /// A filter is built when it is configured, in double precision, beside the interrupts: that takes a slow processor

@@ -21,9 +21,9 @@ use firmware::application::OVERRUNS_MAX;
 use host_sim::board::pil::FreeRunningBoard;
 use host_sim::scene_files::GalleryScene;
 use link::{
-    BoardFault, BoardMessage, CommandRecord, Configuration, Counters, EstimateRecord, FilterKind,
-    HostMessage, InnovationRecord, PhaseRecord, RateConfiguration, RateLimitsRecord, TickRecord,
-    description_messages,
+    BoardFault, BoardMessage, CommandRecord, Configuration, Counters, EstimateRecord, FRAME_BYTES_MAX,
+    FilterKind, HostMessage, InnovationRecord, PhaseRecord, RateConfiguration, RateLimitsRecord, TickRecord,
+    description_messages, encode,
 };
 use motor_model::{Angle, DriveCommand};
 use serde_json::Value;
@@ -33,7 +33,7 @@ use simulation::runs::{position, rate};
 use simulation::world::instruments::assumed;
 
 use crate::programs::elf_with;
-use crate::script::Script;
+use crate::script::{LINE_BYTES_PER_TICK, Script};
 
 /// The parts of `host-sim parts`, by their scenes, and their clocks in MHz.
 const PARTS: [(&str, u32); 3] = [("stm32g474", 170), ("stm32h743", 480), ("rp2350", 150)];
@@ -211,14 +211,19 @@ struct Said {
     counters: Counters,
     /// Its reports, each with its tick.
     reports: Vec<(u64, TickRecord)>,
+    /// The bytes of each frame, with its tick.
+    frames: Vec<(u64, u64)>,
 }
 
 impl Said {
     /// Until the answer to the arming after the stop.
     fn by(board: &mut FreeRunningBoard) -> Self {
         let (mut messages, mut reports, mut counters, mut welcomes) = (Vec::new(), Vec::new(), None, 0);
+        let mut frames = Vec::new();
         loop {
             let (header, message) = board.receive().expect("the board answers");
+            let bytes = encode(header, &message, &mut [0; FRAME_BYTES_MAX]).expect("it fits");
+            frames.push((header.ticks, bytes as u64));
             match message {
                 BoardMessage::Report(report) => reports.push((header.ticks, report)),
                 BoardMessage::Counters(told) => counters = Some(told),
@@ -227,8 +232,13 @@ impl Said {
                 message => messages.push((header.ticks, message)),
             }
             assert!(welcomes == 1, "the board has started anew: {messages:?}");
+            assert_eq!(
+                header.sequence as usize + 1,
+                frames.len(),
+                "a frame of the board is lost: {messages:?}"
+            );
             if let (Some(counters), [.., (_, BoardMessage::Stopped), _]) = (&counters, &messages[..]) {
-                return Self { messages, counters: *counters, reports };
+                return Self { messages, counters: *counters, reports, frames };
             }
         }
     }
@@ -244,8 +254,21 @@ impl Said {
         assert_eq!([damaged, oversize, duplicates, late, lost, dropped], [0; 6], "{:?}", self.counters);
     }
 
-    /// Each report, which comes with every change of the drive of a move too, is that of the simulated loop in its tick,
-    /// to the last bit of every field. After the last tick the drive goes off.
+    /// All traffic of the move is at most 70 % of what the line carries in the board's time, either way.
+    #[track_caller]
+    fn check_load(&self, made: &ScriptedRun) {
+        let move_ticks = made.before + 1..=made.before + made.reports.len() as u64;
+        let to_board = made.script.received(move_ticks.clone());
+        let of_move = self.frames.iter().filter(|(tick, _)| move_ticks.contains(tick));
+        let from_board: u64 = of_move.map(|(_, bytes)| bytes).sum();
+        let carried = (made.reports.len() * LINE_BYTES_PER_TICK) as u64;
+        for (bytes, way) in [(to_board, "to the board"), (from_board, "from the board")] {
+            assert!(bytes > 0 && 10 * bytes <= 7 * carried, "{way}: {bytes} of {carried} bytes");
+        }
+    }
+
+    /// Each report, which comes with every change of the drive of a move too, is that of the simulated loop in its
+    /// tick, to the last bit of every field. After the last tick the drive goes off.
     #[track_caller]
     fn check_reports(&self, made: &ScriptedRun) {
         let off = CommandRecord::from(DriveCommand::OFF);
@@ -274,6 +297,7 @@ impl Said {
         assert_eq!(self.messages(), [&armed, &armed, &BoardMessage::Stopped, &armed]);
         assert_eq!(self.counters.overruns, 0, "{:?}", self.counters);
         self.check_line();
+        self.check_load(made);
         self.check_reports(made);
     }
 }

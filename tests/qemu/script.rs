@@ -1,15 +1,22 @@
 //! What a scripted board is sent and shown: `firmware/src/board/mps2/script.rs` has the format.
 
 use std::collections::VecDeque;
+use std::ops::RangeInclusive;
 
 use controller::PositionLoop;
 use estimator::{CameraFrame, LdvSample};
 use firmware::tasks::SAMPLES_PER_TICK;
 use host_sim::board::pil::FreeRunningBoard;
-use link::{FRAME_BYTES_MAX, Header, HostMessage, encode, encode_camera};
+use link::{FRAME_BYTES_MAX, Header, HostMessage, LINE_BAUD, encode, encode_camera};
 
-/// Bytes that the line carries in a tick: at 2,000,000 baud.
-const LINE_BYTES_PER_TICK: usize = 2;
+/// Bytes that the line carries in a tick.
+pub const LINE_BYTES_PER_TICK: usize = (LINE_BAUD / BITS_PER_BYTE / TICKS_PER_S) as usize;
+
+/// Bits of a byte on the line: start, eight of data, stop.
+const BITS_PER_BYTE: u32 = 10;
+
+/// Ticks of the loop in a second.
+const TICKS_PER_S: u32 = 100_000;
 
 /// A tick of a script.
 #[derive(Clone, Copy)]
@@ -32,6 +39,12 @@ impl Script {
     /// Ticks so far.
     pub fn ticks(&self) -> u64 {
         self.ticks.len() as u64
+    }
+
+    /// Bytes that the board receives in `ticks`.
+    pub fn received(&self, ticks: RangeInclusive<u64>) -> u64 {
+        let numbered = (1..).zip(&self.ticks).filter(|(number, _)| ticks.contains(number));
+        numbered.map(|(_, tick)| tick.received_count as u64).sum()
     }
 
     /// The host sends `message` from now on.

@@ -18,8 +18,8 @@ mod board {
     use cortex_m::peripheral::syst::SystClkSource;
     use cortex_m::{Peripherals, singleton};
     use cortex_m_rt::{entry, exception};
-    #[cfg(feature = "scripted")]
-    use firmware::board::hardware::script::clocks_per_tick;
+    #[cfg(not(feature = "silicon"))]
+    use firmware::board::hardware::clocks_per_tick;
     use firmware::board::hardware::{Enable, Pulses, Vibrometer, Width};
     use firmware::board::{Parts, Stopwatch, crash, stack_word_is_unused, stack_words};
     use firmware::main_loop::MainLoop;
@@ -34,7 +34,7 @@ mod board {
     static FIRST_TIMER_TASK: Mutex<Cell<Option<BoardTimerTask>>> = Mutex::new(Cell::new(None));
 
     /// Clocks of the timer in a tick of 10 us.
-    #[cfg(not(feature = "scripted"))]
+    #[cfg(feature = "silicon")]
     const fn clocks_per_tick() -> u32 {
         firmware::board::hardware::CLOCK_HZ / 100_000
     }

@@ -15,7 +15,7 @@ use core::convert::Infallible;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 
-use link::ResetCause;
+use link::{LINE_BAUD, ResetCause};
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
@@ -28,11 +28,25 @@ use crate::store::{SLOT_BYTES, STORE_BYTES, check_range};
 const LAMPS: *mut u32 = 0x4002_8000 as *mut u32;
 /// Stands for the pulse width.
 const LATCH: *mut u32 = 0x4002_804c as *mut u32;
+/// Timers, which count down to 0.
+const RECEIVING: usize = 0x4000_0000;
+const SENDING: usize = 0x4000_1000;
 const UART: usize = 0x4000_4000;
 const WATCHDOG: usize = 0x4000_8000;
 
 /// Frequency of the processor and of everything on its bus.
 pub const CLOCK_HZ: u32 = 25_000_000;
+
+/// Ticks of the loop in a second.
+const TICKS_PER_S: u32 = 100_000;
+
+/// Clocks of the timer in a tick of 10 us.
+#[cfg(not(feature = "scripted"))]
+pub const fn clocks_per_tick() -> u32 {
+    CLOCK_HZ / TICKS_PER_S
+}
+#[cfg(feature = "scripted")]
+pub use script::clocks_per_tick;
 
 fn write(base: usize, offset: usize, value: u32) {
     let register = (base + offset) as *mut u32;
@@ -144,7 +158,13 @@ pub use self::Uart as Line;
 #[cfg(feature = "scripted")]
 pub use script::Line;
 
-/// The emulated serial line.
+/// The emulated serial line. The device carries a byte whenever it is asked to. Two timers hold it to the rate of a
+/// real board's line, in the board's time.
+///
+/// | direction | its timer |
+/// |---|---|
+/// | to the board | counts down from [`u32::MAX`] since no byte was there; each byte gives back its clocks |
+/// | from the board | counts down the clocks of the bytes that were taken, as a DMA sends them |
 #[derive(Debug)]
 pub struct Uart;
 
@@ -153,25 +173,55 @@ impl Uart {
     const STATE: usize = 4;
     const CONTROL: usize = 8;
     const DIVIDER: usize = 16;
+    const TIMER_CONTROL: usize = 0;
+    const TIMER_COUNT: usize = 4;
 
-    /// Both directions, at 1.5 Mbit/s.
+    /// Bytes that are taken at once, as on the real boards.
+    const SENT_BYTES: usize = 128;
+
+    /// Bits of a byte on the line: start, eight of data, stop.
+    const BITS_PER_BYTE: u32 = 10;
+
+    /// Clocks that a byte takes on the line.
+    fn clocks_per_byte() -> u32 {
+        clocks_per_tick() / (LINE_BAUD / Self::BITS_PER_BYTE / TICKS_PER_S)
+    }
+
+    /// Both directions. The divider is the least that the device takes.
     fn start() -> Self {
         write(UART, Self::DIVIDER, 16);
         write(UART, Self::CONTROL, 0b11);
+        for (timer, count) in [(RECEIVING, u32::MAX), (SENDING, 1)] {
+            write(timer, Self::TIMER_COUNT, count);
+            write(timer, Self::TIMER_CONTROL, 1);
+        }
         Self
     }
 }
 
 impl SerialLine for Uart {
     fn read(&mut self) -> Option<u8> {
-        let waits = read(UART, Self::STATE) & 0b10 != 0;
+        if read(UART, Self::STATE) & 0b10 == 0 {
+            write(RECEIVING, Self::TIMER_COUNT, u32::MAX);
+            return None;
+        }
+        let count = read(RECEIVING, Self::TIMER_COUNT).checked_add(Self::clocks_per_byte())?;
+        write(RECEIVING, Self::TIMER_COUNT, count);
         #[expect(clippy::cast_possible_truncation, reason = "the register has eight bits")]
-        waits.then(|| read(UART, Self::DATA) as u8)
+        Some(read(UART, Self::DATA) as u8)
     }
 
+    /// Takes nothing while it is busy.
     fn write(&mut self, bytes: &[u8]) -> usize {
+        if read(SENDING, Self::TIMER_COUNT) > 0 {
+            return 0;
+        }
         let is_free = |_: &&u8| read(UART, Self::STATE) & 0b01 == 0;
-        bytes.iter().take_while(is_free).inspect(|byte| write(UART, Self::DATA, u32::from(**byte))).count()
+        let bytes = bytes.iter().take(Self::SENT_BYTES).take_while(is_free);
+        let taken = bytes.inspect(|byte| write(UART, Self::DATA, u32::from(**byte))).count();
+        #[expect(clippy::cast_possible_truncation, reason = "128 at most")]
+        write(SENDING, Self::TIMER_COUNT, taken as u32 * Self::clocks_per_byte());
+        taken
     }
 }
 

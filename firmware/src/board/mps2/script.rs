@@ -10,8 +10,8 @@
 //! | 4 of the first tick | bytes that the line has received by its interrupt: the lowest tells how many, 0 to 3 |
 //! | 5 and so on | the same of the other ticks |
 //!
-//! After its end the line is silent, and there are no samples. Only the tick is another one: the watchdog waits for as
-//! many clocks as without a script.
+//! After its end the line is silent, and there are no samples. Only the tick is another one, and with it what the line
+//! carries to the host: the watchdog waits for as many clocks as without a script.
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 
