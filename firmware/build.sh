@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # Builds programs for the microcontroller; the last line on standard output is the path of an ELF.
 #
-#   firmware/build.sh [PROGRAM [FILTER | scripted]]
+#   firmware/build.sh [PROGRAM [FILTER | PART | scripted]]
 #
 # PROGRAM is a file of firmware/src/bin or firmware-checks/src/bin, without its ending; the path is that of its ELF.
 # Without PROGRAM the script builds everything except `peers`, and the path is that of `parity`. With a FILTER,
 # constant_rate or impact_aided, a program of firmware has that filter alone, keeps no description, and fits a smaller
-# part. A program of firmware that is scripted takes what it is sent and shown from memory, for the emulator.
+# part. For a PART, stm32g474 or stm32h743, it is built as BRINGUP.md says. A program of firmware that is scripted takes
+# what it is sent and shown from memory, for the emulator.
 #
 # The script looks for a Rust that can build for the target, in this order, each attempt of bounded time:
 #
@@ -24,6 +25,12 @@ program=${1:-}
 filter=${2:-}
 wanted=${FIRMWARE_TOOLCHAIN:-any}
 target_dir=$(cargo metadata --no-deps --format-version 1 | sed -n 's/.*"target_directory":"\([^"]*\)".*/\1/p')
+
+# The features of the parts, as in BRINGUP.md.
+declare -A parts=(
+    [stm32g474]=stm32g474,commissioning,keep
+    [stm32h743]=stm32h743,commissioning,impact_aided
+)
 
 log() { echo "firmware/build.sh: $*" >&2; }
 allowed() { [[ $wanted == any || $wanted == "$1" ]]; }
@@ -70,6 +77,11 @@ build_all() {
         "${build[@]}" -p "$package" --bin "$program" --features scripted \
             --config "build.build-dir='$target_dir'" --target-dir "$target_dir/scripted" >&2
         elf=$target_dir/scripted/$target/$profile/$program
+    elif [[ -n ${parts[$filter]-} ]]; then
+        # In a folder of its own, as above.
+        "${build[@]}" -p "$package" --bin "$program" --no-default-features --features "${parts[$filter]}" \
+            --config "build.build-dir='$target_dir'" --target-dir "$target_dir/$filter" >&2
+        elf=$target_dir/$filter/$target/$profile/$program
     else
         local features=()
         [[ $filter == constant_rate ]] || features=(--features "$filter")
@@ -111,9 +123,9 @@ if [[ -n $program && ! -f $package/src/bin/$program.rs ]]; then
 fi
 
 case $package/$filter in
-*/ | firmware/constant_rate | firmware/impact_aided | firmware/scripted) ;;
+*/ | firmware/constant_rate | firmware/impact_aided | firmware/stm32g474 | firmware/stm32h743 | firmware/scripted) ;;
 *)
-    log "$filter: expected constant_rate, impact_aided or scripted, for a program of firmware"
+    log "$filter: expected constant_rate, impact_aided, stm32g474, stm32h743 or scripted, for a program of firmware"
     exit 2
     ;;
 esac

@@ -98,7 +98,6 @@ check_firmware() {
         lint() { cargo clippy --profile firmware --target "$target" "$@" -- -D warnings; }
         lint --package firmware --package firmware-checks --lib --bins
         # As firmware/BRINGUP.md builds them, and one with the filters that it leaves out.
-        local g474=(--no-default-features --features stm32g474,commissioning,keep)
         local h743=(--no-default-features --features stm32h743,commissioning,impact_aided)
         lint --package firmware --lib --bin board --features stm32g474,every_filter
         # As the tests on the emulated board build it.
@@ -106,9 +105,8 @@ check_firmware() {
         lint --package firmware --lib --bin board "${h743[@]}"
         # The filter core with its optional parts, and without those that are on by default.
         lint --package ud-filter --lib --no-default-features --features defmt,serde
-        local build=(cargo build --package firmware --bin board --profile firmware --target "$target")
-        "${build[@]}" "${g474[@]}"
-        "${build[@]}" "${h743[@]}"
+        firmware/build.sh board stm32g474
+        firmware/build.sh board stm32h743
     else
         echo "firmware not linted as built for $target: only Debian's toolchain has the target here"
     fi

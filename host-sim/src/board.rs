@@ -23,3 +23,4 @@ pub(crate) mod size;
 pub mod telemetry;
 
 pub use error::BoardError;
+pub use size::{MaskedSection, masked_sections};

@@ -3,6 +3,7 @@
 
 mod board;
 mod instructions;
+mod masked;
 mod part_rates;
 mod pil;
 mod programs;

@@ -31,7 +31,7 @@ pub fn elf(program: &str) -> String {
     elf_with(&[program])
 }
 
-/// The same with one filter alone: its name after that of the program.
+/// The same with one filter alone, or for a part, or scripted: the word for it after the name of the program.
 pub fn elf_with(program_and_filter: &[&str]) -> String {
     let built = script("build.sh", BUILD_LIMIT_S, program_and_filter);
     built.lines().last().expect("build.sh names the ELF").to_owned()

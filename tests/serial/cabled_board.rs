@@ -1,5 +1,6 @@
 //! The emulated board behind a pseudo-terminal that carries bytes no faster than its baud rate, and whose cable can be
-//! pulled, put back, and disturbed.
+//! pulled, put back, and disturbed. The rate is that of the host's time; the board's own line holds to it in the
+//! board's time.
 
 use std::fs::{DirEntry, File, read_dir, read_to_string};
 use std::io::{BufRead, BufReader, Read, Write};

@@ -5,12 +5,14 @@
 //! | [`ProgramSize`] | bytes of flash and RAM of a program, section by section |
 //! | [`StackDepth`] | the deepest stack of a move in the emulator |
 //! | [`ForbiddenCall`] | a call that the tasks can reach and must not make |
+//! | [`MaskedSection`] | a section in which the tasks mask interrupts, which the tests count |
 //! | [`SizeReport`] | all of it for every program, beside the limits |
 //!
 //! The limits are those of the part that `firmware/memory` declares: 504 KiB of flash, beside which a description of
 //! the bench is kept, and 64 KiB of RAM. In a program with all three filters, the twin's takes 15 kB of variables and
 //! three quarters of the stack. A program with one of the others fits a smaller part.
 
+mod masked_sections;
 mod reachable_calls;
 mod stack_depth;
 
@@ -23,6 +25,7 @@ use crate::board::elf_image::ElfImage;
 use crate::board::instructions::program::build_with;
 use crate::report::page::PlacedValue;
 use crate::report::table::Table;
+pub use masked_sections::{MaskedSection, masked_sections};
 pub use reachable_calls::ForbiddenCall;
 use simulation::runs::filter::FILTERS;
 pub use stack_depth::StackDepth;

@@ -58,7 +58,7 @@ pub struct ReachableCalls {
 
 /// A branch out of a function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Branch {
+pub(super) enum Branch {
     To(u32),
     ByAddress,
 }
@@ -134,15 +134,32 @@ pub fn reached(image: &ElfImage) -> Result<ReachableCalls, BoardError> {
 }
 
 /// The function whose code is at `address`.
-fn holding<'a>(by_address: &BTreeMap<u32, &'a Function>, address: u32) -> Option<&'a Function> {
+pub(super) fn holding<'a>(by_address: &BTreeMap<u32, &'a Function>, address: u32) -> Option<&'a Function> {
     let (_, function) = by_address.range(..=address).next_back()?;
     ((address - function.address) as usize).lt(&function.bytes.len()).then_some(*function)
 }
 
 /// The branches out of a function.
 fn branches(function: &Function, code_from: &[(u32, bool)]) -> Vec<Branch> {
+    branches_at(function, code_from).into_iter().map(|(_, branch)| branch).collect()
+}
+
+/// The same, each with the address of its instruction.
+pub(super) fn branches_at(function: &Function, code_from: &[(u32, bool)]) -> Vec<(u32, Branch)> {
+    let end = function.address + u32::try_from(function.bytes.len()).unwrap_or(u32::MAX);
+    let branch = |(at, first, second)| match second {
+        Some(second) => wide(at, first, second),
+        None => narrow(at, first),
+    };
+    let leads_out =
+        |branch: &Branch| !matches!(branch, Branch::To(to) if (function.address..end).contains(to));
+    let instructions = instructions(function, code_from).into_iter();
+    instructions.filter_map(|code| branch(code).filter(leads_out).map(|branch| (code.0, branch))).collect()
+}
+
+/// The instructions of a function: the address, the first half, and the second half of those that have one.
+pub(super) fn instructions(function: &Function, code_from: &[(u32, bool)]) -> Vec<(u32, u32, Option<u32>)> {
     let Function { address: start, bytes, .. } = function;
-    let end = start + u32::try_from(bytes.len()).unwrap_or(u32::MAX);
     let half = |at: u32| -> Option<u32> {
         let offset = (at - start) as usize;
         bytes.get(offset..offset + 2).map(|pair| u32::from(pair[0]) | u32::from(pair[1]) << 8)
@@ -151,27 +168,16 @@ fn branches(function: &Function, code_from: &[(u32, bool)]) -> Vec<Branch> {
         let next = code_from.partition_point(|(from, _)| *from <= at);
         next.checked_sub(1).is_none_or(|last| code_from[last].1)
     };
-    let mut branches = Vec::new();
+    let mut instructions = Vec::new();
     let mut at = *start;
     while let Some(first) = half(at) {
-        let mut width = 2;
-        let mut branch = None;
+        let is_wide = is_code(at) && first >> 11 > 0b11100;
         if is_code(at) {
-            if first >> 11 > 0b11100 {
-                width = 4;
-                branch = half(at + 2).and_then(|second| wide(at, first, second));
-            } else {
-                branch = narrow(at, first);
-            }
+            instructions.push((at, first, if is_wide { half(at + 2) } else { None }));
         }
-        match branch {
-            Some(Branch::To(target)) if (*start..end).contains(&target) => (),
-            Some(branch) => branches.push(branch),
-            None => (),
-        }
-        at += width;
+        at += if is_wide { 4 } else { 2 };
     }
-    branches
+    instructions
 }
 
 /// The value of the lowest `bits` of `value`, the highest of them its sign.
@@ -184,7 +190,7 @@ fn to(at: u32, offset: u32) -> Branch {
     Branch::To(at.wrapping_add(4).wrapping_add(offset))
 }
 
-fn narrow(at: u32, code: u32) -> Option<Branch> {
+pub(super) fn narrow(at: u32, code: u32) -> Option<Branch> {
     match code {
         0xe000..=0xe7ff => Some(to(at, signed(code << 1, 12))),
         // Conditions 14 and 15 are other instructions.
@@ -196,7 +202,7 @@ fn narrow(at: u32, code: u32) -> Option<Branch> {
     }
 }
 
-fn wide(at: u32, first: u32, second: u32) -> Option<Branch> {
+pub(super) fn wide(at: u32, first: u32, second: u32) -> Option<Branch> {
     if first >> 11 != 0b11110 || second >> 15 != 1 {
         return None;
     }
