@@ -81,8 +81,8 @@ mod tests {
     fn exact_a_bound_below_a_step_is_refused_and_none_is_none() {
         assert!(late(&[]).unwrap().is_none());
         let refused = late(&["board.interrupt_late_s=4e-6", "plant.step_s=5e-6"]).unwrap_err().one_line();
-        let expected = "error: board.interrupt_late_s = 0.000004 s is less than a step of the plant, plant.step_s = \
-                        0.000005 s; hint: plant.step_s=1e-6";
+        let expected = "error: board.interrupt_late_s = 4e-6 s is less than a step of the plant, plant.step_s = \
+                        5e-6 s; hint: plant.step_s=1e-6";
         assert_eq!(refused, expected);
     }
 
