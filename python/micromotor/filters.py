@@ -200,7 +200,7 @@ def linear_filter(
         row: h, (k,).
         measured_variance: Variance of a measurement, positive.
         state: x before the first prediction, (k,).
-        covariance: P before the first prediction, (k, k), positive definite.
+        covariance: P before the first prediction, (k, k), positive semidefinite.
         gate: A measurement is left out when its innovation squared exceeds this many times its variance.
 
     Raises:

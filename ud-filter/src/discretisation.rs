@@ -20,10 +20,13 @@ use crate::ud_covariance::{NoiseSource, UdCovariance, are_usable};
 
 /// One step of a model in continuous time.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DiscreteModel<const N: usize> {
     /// F.
     pub transition: SMatrix<f64, N, N>,
     /// Sources whose sum is Q.
+    #[cfg_attr(feature = "serde", serde(with = "crate::serialised_array"))]
     pub noise: [NoiseSource<f64, N>; N],
 }
 

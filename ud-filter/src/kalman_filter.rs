@@ -17,7 +17,9 @@ use nalgebra::{SMatrix, SVector};
 use crate::prediction::PredictionRefusal;
 use crate::real::{Real, is_finite, total};
 use crate::transition::Transition;
-use crate::ud_covariance::{Correction, InnovationRecord, NoiseSource, Refusal, UdCovariance};
+use crate::ud_covariance::{
+    Correction, InnovationRecord, NoiseSource, Refusal, UdCovariance, VectorInnovationRecord,
+};
 
 /// What a Kalman filter knows: the mean of the state, and its covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,6 +109,37 @@ impl<T: Real, const N: usize> KalmanFilter<T, N> {
         self.covariance.update(row, noise, innovation, &mut self.state)
     }
 
+    /// [`Self::update`] by a measurement of state `I` itself, `measured = x_I + noise`, in less work.
+    ///
+    /// # Errors
+    /// As of [`Self::update`].
+    #[inline]
+    pub fn update_state<const I: usize>(
+        &mut self,
+        noise: T,
+        measured: T,
+    ) -> Result<Correction<T, N>, Refusal> {
+        const { assert!(I < N, "no such state") };
+        let innovation = measured - self.state.as_slice().get(I).copied().unwrap_or_default();
+        self.covariance.update_state::<I>(noise, innovation, &mut self.state)
+    }
+
+    /// [`Self::update`] without a correction of the states that are `considered` (Schmidt), as
+    /// [`UdCovariance::update_considering`].
+    ///
+    /// # Errors
+    /// As of [`Self::update`].
+    pub fn update_considering(
+        &mut self,
+        considered: &[bool; N],
+        row: &SVector<T, N>,
+        noise: T,
+        measured: T,
+    ) -> Result<Correction<T, N>, Refusal> {
+        let innovation = measured - row.dot(&self.state);
+        self.covariance.update_considering(considered, row, noise, innovation, &mut self.state)
+    }
+
     /// [`Self::update`], unless the innovation squared exceeds `gate` times its variance. A gate of 9 is three standard
     /// deviations.
     #[inline]
@@ -133,11 +166,34 @@ impl<T: Real, const N: usize> KalmanFilter<T, N> {
         noise: &SMatrix<T, M, M>,
         measured: &SVector<T, M>,
     ) -> Result<T, Refusal> {
+        let innovation = self.innovation(rows, measured);
+        self.covariance.update_vector(rows, noise, &innovation, &mut self.state)
+    }
+
+    /// [`Self::update_vector`], unless the normalised innovation squared of all exceeds `gate`, as
+    /// [`UdCovariance::update_vector_gated`].
+    pub fn update_vector_gated<const M: usize>(
+        &mut self,
+        rows: &[SVector<T, N>; M],
+        noise: &SMatrix<T, M, M>,
+        measured: &SVector<T, M>,
+        gate: T,
+    ) -> VectorInnovationRecord<T, M> {
+        let innovation = self.innovation(rows, measured);
+        self.covariance.update_vector_gated(rows, noise, &innovation, gate, &mut self.state)
+    }
+
+    /// `z - H x`.
+    fn innovation<const M: usize>(
+        &self,
+        rows: &[SVector<T, N>; M],
+        measured: &SVector<T, M>,
+    ) -> SVector<T, M> {
         let mut innovation = *measured;
         for (innovation, row) in innovation.iter_mut().zip(rows) {
             *innovation -= row.dot(&self.state);
         }
-        self.covariance.update_vector(rows, noise, &innovation, &mut self.state)
+        innovation
     }
 }
 
@@ -147,7 +203,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::{Dense, UpperTriangular};
+    use crate::{Dense, Outcome, UpperTriangular};
 
     type Filter = KalmanFilter<f64, 3>;
 
@@ -201,6 +257,26 @@ mod tests {
             let expected = start.state + gain * (Vector2::from(z) - h * start.state);
             prop_assert!((seen.state - expected).abs().max() < 1e-10);
             prop_assert!(close(&seen.covariance.covariance(), &(p - gain * h * p)));
+
+            let mut gated = start;
+            let record = gated.update_vector_gated(&rows, &noise, &Vector2::from(z), f64::INFINITY);
+            prop_assert_eq!(gated, seen);
+            prop_assert_eq!(record.innovation, Vector2::from(z) - h * start.state);
+            let record = gated.update_vector_gated(&rows, &noise, &Vector2::from(z), -1.0);
+            prop_assert!(record.outcome == Outcome::OutsideGate && gated == seen);
+
+            let (mut single, mut unit) = (start, start);
+            let correction = single.update_state::<1>(0.5, z[0]).unwrap();
+            let by_row = unit.update(&Vector3::y(), 0.5, z[0]).unwrap();
+            prop_assert!((correction.gain - by_row.gain).abs().max() < 1e-12);
+            prop_assert!((single.state - unit.state).abs().max() < 1e-12);
+            prop_assert!(close(&single.covariance.covariance(), &unit.covariance.covariance()));
+            let mut considering = start;
+            let correction = considering.update_considering(&[false, true, false], &rows[0], 0.5, z[0]).unwrap();
+            let expected = start.state + correction.gain * (z[0] - rows[0].dot(&start.state));
+            prop_assert!((considering.state - expected).abs().max() < 1e-12);
+            prop_assert_eq!(considering.state.y.to_bits(), start.state.y.to_bits());
+            prop_assert!((considering.covariance.variance::<1>() / p[(1, 1)] - 1.0).abs() < 1e-10);
 
             let (mut one, mut gated) = (start, start);
             let correction = one.update(&rows[0], 0.5, z[0]).unwrap();

@@ -6,10 +6,11 @@
 //! |---|---|
 //! | [`KalmanFilter`] | state and covariance: linear and extended predictions and measurements |
 //! | [`UdCovariance`] | the factors of N states: measurement update, process noise, single states |
-//! | [`Transition`] | the shapes of F, with `P <- F P F'`: [`UpperTriangular`], [`Blocks2`], [`Blocks`], [`Dense`] |
+//! | [`Transition`] | shapes of F, with `P <- F P F'`: [`UpperTriangular`], [`Blocks2`], [`Blocks`], [`Dense`], yours |
 //! | [`NoiseSource`] | a random input of known variance and its effect on each state |
 //! | [`SparseRow`], [`WhitenedMeasurement`] | measurements of a few of many states |
 //! | [`InnovationRecord`] | what became of a measurement: used, outside the gate, refused |
+//! | [`VectorInnovationRecord`] | the same of several measurements at once |
 //! | [`DiscreteModel`] | F and noise sources of a step, from a model in continuous time |
 //! | [`smooth`] | the states of an interval from the measurements before and after each |
 //! | [`Real`] | the scalar: `f32`, `f64` |
@@ -37,6 +38,8 @@ mod discretisation;
 mod kalman_filter;
 mod prediction;
 mod real;
+#[cfg(feature = "serde")]
+mod serialised_array;
 mod smoother;
 #[cfg(test)]
 mod test_support;
@@ -52,6 +55,6 @@ pub use real::{Real, is_finite, reciprocal};
 pub use smoother::{SmootherRefusal, SmootherStep, smooth};
 pub use transition::{BlockList, Blocks, Blocks2, Dense, Transition, UpperTriangular};
 pub use ud_covariance::{
-    Columns, Correction, InnovationRecord, NoiseSource, NotAVariance, NotFactors, NotPositiveDefinite,
-    Outcome, Refusal, SparseRow, UdCovariance, WhitenedMeasurement,
+    Columns, Correction, InnovationRecord, NoiseSource, NotAVariance, NotFactors, NotPositiveSemidefinite,
+    Outcome, Refusal, SparseRow, UdCovariance, VectorInnovationRecord, WhitenedMeasurement,
 };

@@ -31,6 +31,15 @@ use crate::ud_covariance::{Columns, NoiseSource, UdCovariance};
 
 /// A step that a filter has made, as the smoother needs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Real + serde::Serialize, F: serde::Serialize",
+        deserialize = "T: Real + serde::Deserialize<'de>, F: serde::Deserialize<'de>"
+    ))
+)]
 pub struct SmootherStep<T, F, const N: usize, const S: usize> {
     /// State and covariance before the step, with the measurements up to then. [`smooth`] puts those with all
     /// measurements of the interval in their place.
@@ -38,6 +47,7 @@ pub struct SmootherStep<T, F, const N: usize, const S: usize> {
     /// F of the step; of an extended filter its Jacobian.
     pub transition: F,
     /// Its noise sources.
+    #[cfg_attr(feature = "serde", serde(with = "crate::serialised_array"))]
     pub noise: [NoiseSource<T, N>; S],
     /// The state predicted by the step: `F x + B u`, or `f(x)`.
     pub predicted: SVector<T, N>,

@@ -46,10 +46,11 @@ use nalgebra::{SMatrix, SVector};
 use crate::real::{Real, reciprocal};
 
 pub use measurement_update::{Correction, InnovationRecord, Outcome, Refusal};
-pub use prior::{NotAVariance, NotFactors, NotPositiveDefinite};
+pub use prior::{NotAVariance, NotFactors, NotPositiveSemidefinite};
 pub use process_noise::NoiseSource;
 pub(crate) use process_noise::are_usable;
 pub use sparse_row::{SparseRow, WhitenedMeasurement};
+pub use vector_update::VectorInnovationRecord;
 
 /// Up to so many states the chain of divisions determines the time. Above, several divisions are prepared together.
 const FEW_STATES: usize = 3;
@@ -158,7 +159,21 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         sum
     }
 
-    /// P as sources of noise, one for each column of U: for a Q that is known in full.
+    /// P as sources of noise, one for each column of U: for a Q that is known in full, of any rank.
+    ///
+    /// ```
+    /// use nalgebra::{Matrix2, Vector2};
+    /// use ud_filter::{UdCovariance, UpperTriangular};
+    ///
+    /// // Position and velocity under an acceleration that is white, and constant over a step: a Q of rank one.
+    /// let dt = 0.1_f64;
+    /// let effect = Vector2::new(0.5 * dt * dt, dt);
+    /// let noise = UdCovariance::from_covariance(&(effect * effect.transpose() * 0.25))?.sources();
+    /// let mut covariance = UdCovariance::known();
+    /// covariance.predict(&UpperTriangular(Matrix2::new(1.0, dt, 0.0, 1.0)), &noise)?;
+    /// assert!((covariance.variance::<1>() - 0.0025).abs() < 1e-15);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
     pub fn sources(&self) -> [NoiseSource<T, N>; N] {
         let mut sources = [NoiseSource { gain: SVector::zeros(), variance: T::zero() }; N];
         for (source, (&column, &weight)) in sources.iter_mut().zip(self.unit.iter().zip(&self.weights)) {

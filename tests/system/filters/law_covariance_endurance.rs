@@ -176,7 +176,8 @@ fn squared_distance<T: Real, const N: usize>(
 
 /// A matrix of `f32` is exact in `f64`, whose factorisation then tells.
 fn matrix_is_definite<T: Real, C: CovarianceForm<T, N>, const N: usize>(form: &C) -> bool {
-    UdCovariance::from_covariance(&form.covariance().map(Real::to_f64)).is_ok()
+    let factors = UdCovariance::from_covariance(&form.covariance().map(Real::to_f64));
+    factors.is_ok_and(|factors| factors.weights.iter().all(|&weight| weight > 0.0))
 }
 
 fn factors_are_positive<T: Real, const N: usize>(factors: &UdCovariance<T, N>) -> bool {

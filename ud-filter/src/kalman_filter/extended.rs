@@ -1,12 +1,12 @@
 //! The extended Kalman filter: models that are not linear, given as functions with their Jacobians.
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use super::KalmanFilter;
 use crate::prediction::PredictionRefusal;
 use crate::real::Real;
 use crate::transition::Transition;
-use crate::ud_covariance::{InnovationRecord, NoiseSource};
+use crate::ud_covariance::{InnovationRecord, NoiseSource, VectorInnovationRecord};
 
 impl<T: Real, const N: usize> KalmanFilter<T, N> {
     /// A step passes: `x <- f(x)`, `P <- F P F' + sum c a a'`.
@@ -40,6 +40,21 @@ impl<T: Real, const N: usize> KalmanFilter<T, N> {
     ) -> InnovationRecord<T> {
         let (expected, row) = model(&self.state);
         self.covariance.update_gated(&row, noise, measured - expected, gate, &mut self.state)
+    }
+
+    /// Corrects by M measurements at once, `measured = h(x) + noise` of the covariance `noise`, unless their normalised
+    /// innovation squared exceeds `gate`, as [`crate::UdCovariance::update_vector_gated`].
+    ///
+    /// `model` gives h(x) and the rows of its Jacobian dh/dx at a state, all at the state before.
+    pub fn update_vector_extended<const M: usize>(
+        &mut self,
+        model: impl FnOnce(&SVector<T, N>) -> (SVector<T, M>, [SVector<T, N>; M]),
+        noise: &SMatrix<T, M, M>,
+        measured: &SVector<T, M>,
+        gate: T,
+    ) -> VectorInnovationRecord<T, M> {
+        let (expected, rows) = model(&self.state);
+        self.covariance.update_vector_gated(&rows, noise, &(measured - expected), gate, &mut self.state)
     }
 }
 
@@ -95,6 +110,30 @@ mod tests {
             prop_assert!((record.normalised_squared - innovation * innovation / variance).abs() < 1e-6);
             prop_assert!((filter.state - (x + gain * innovation)).abs().max() < 1e-7);
             prop_assert!((filter.covariance.covariance() - (p - gain * h.transpose() * p)).abs().max() < 1e-7);
+
+            // Two shadows, whose noises are correlated: from another side the cosine.
+            let side = |x: &Vector2<f64>| libm::cos(x.x) - x.y;
+            let h = Matrix2::from_rows(&[h.transpose(), slope(side, &x).transpose()]);
+            let noise = Matrix2::new(0.2, 0.1, 0.1, 0.3);
+            let s = h * p * h.transpose() + noise;
+            let both = Vector2::new(z, 0.3);
+            let (gain, innovation) =
+                (p * h.transpose() * s.try_inverse().unwrap(), both - Vector2::new(shadow(&x), side(&x)));
+            let square = innovation.dot(&(s.try_inverse().unwrap() * innovation));
+            let of_both = |x: &Vector2<f64>| {
+                let rows = [Vector2::new(libm::cos(x.x), 0.2 * x.y), Vector2::new(-libm::sin(x.x), -1.0)];
+                (Vector2::new(shadow(x), side(x)), rows)
+            };
+            let mut seen = predicted;
+            let of_vector = seen.update_vector_extended(of_both, &noise, &both, f64::INFINITY);
+            prop_assert_eq!(of_vector.outcome, Outcome::Used);
+            prop_assert!((of_vector.normalised_squared - square).abs() < 1e-6 * (1.0 + square));
+            prop_assert!((seen.state - (x + gain * innovation)).abs().max() < 1e-7);
+            prop_assert!((seen.covariance.covariance() - (p - gain * h * p)).abs().max() < 1e-7);
+            let mut gated = predicted;
+            let outside = gated.update_vector_extended(of_both, &noise, &both, 0.999 * of_vector.normalised_squared);
+            prop_assert_eq!(outside.outcome, Outcome::OutsideGate);
+            prop_assert_eq!(gated, predicted);
 
             let mut gated = predicted;
             let record = gated.update_extended(model, 0.2, z, 0.999 * record.normalised_squared);

@@ -166,7 +166,8 @@ fn dual_smoothing_in_single_precision_stays_definite() {
         let Some(inverse) = predicted.try_inverse() else { return false };
         let gain = p * f.transpose() * inverse;
         by_difference = p + gain * (by_difference - predicted) * gain.transpose();
-        UdCovariance::from_covariance(&by_difference.map(f64::from)).is_ok()
+        let factors = UdCovariance::from_covariance(&by_difference.map(f64::from));
+        factors.is_ok_and(|factors| factors.weights.iter().all(|&weight| weight > 0.0))
     });
     assert!(!is_definite);
 

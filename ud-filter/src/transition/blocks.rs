@@ -16,7 +16,7 @@
 
 use nalgebra::{Matrix2, SMatrix, SVector};
 
-use super::{Dense, Sealed, Transition};
+use super::{Dense, Transition};
 use crate::real::{Real, is_finite, reciprocal_of_sum, total};
 use crate::ud_covariance::{UdCovariance, for_columns};
 
@@ -25,9 +25,18 @@ use crate::ud_covariance::{UdCovariance, for_columns};
 /// The order of the states within a block is free, but not its cost: put the state on which noise acts first
 /// ([`crate::NoiseSource`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Blocks2<T, const B: usize>(pub [Matrix2<T>; B]);
-
-impl<T, const B: usize> Sealed for Blocks2<T, B> {}
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Real + serde::Serialize",
+        deserialize = "T: Real + serde::Deserialize<'de>"
+    ))
+)]
+pub struct Blocks2<T, const B: usize>(
+    #[cfg_attr(feature = "serde", serde(with = "crate::serialised_array"))] pub [Matrix2<T>; B],
+);
 
 /// How a pair of columns combines: `a' = aa a + ab b`, `b' = ba a + bb b`.
 #[derive(Clone, Copy, Default)]

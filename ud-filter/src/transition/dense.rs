@@ -2,15 +2,22 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::{Sealed, Transition};
+use super::Transition;
 use crate::real::{Real, is_finite, reciprocal, total};
 use crate::ud_covariance::{Columns, UdCovariance, for_columns};
 
 /// Any matrix F, singular ones included.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Real + serde::Serialize",
+        deserialize = "T: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct Dense<T, const N: usize>(pub SMatrix<T, N, N>);
-
-impl<T, const N: usize> Sealed for Dense<T, N> {}
 
 impl<T: Real, const N: usize> Transition<T, N> for Dense<T, N> {
     #[inline]

@@ -7,7 +7,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::{Sealed, Transition};
+use super::Transition;
 use crate::real::{Real, is_finite, reciprocal};
 use crate::ud_covariance::UdCovariance;
 
@@ -15,9 +15,14 @@ use crate::ud_covariance::UdCovariance;
 ///
 /// A block of K states costs `O(K^2 n)`. For pairs only, [`crate::Blocks2`] costs less.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Blocks<L>(pub L);
 
-impl<L> Sealed for Blocks<L> {}
+mod sealed {
+    pub trait Sealed {}
+}
+use sealed::Sealed;
 
 /// Square blocks in order: tuples of two to six square matrices.
 pub trait BlockList<T: Real>: Sealed {

@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::{Dense, Sealed, Transition};
+use super::{Dense, Transition};
 use crate::real::{Real, is_finite, reciprocal, total};
 use crate::ud_covariance::{UdCovariance, for_columns};
 
@@ -10,9 +10,16 @@ use crate::ud_covariance::{UdCovariance, for_columns};
 ///
 /// `F U` is upper triangular already; only the diagonal's scale goes into D, and not even that where it is 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Real + serde::Serialize",
+        deserialize = "T: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct UpperTriangular<T, const N: usize>(pub SMatrix<T, N, N>);
-
-impl<T, const N: usize> Sealed for UpperTriangular<T, N> {}
 
 impl<T: Real, const N: usize> Transition<T, N> for UpperTriangular<T, N> {
     #[inline]

@@ -19,10 +19,21 @@ use crate::real::{Real, is_finite};
 
 /// A row, or a vector of errors, whose support is `LEAD` states from `FIRST` on and the last `LAST` states.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Real + serde::Serialize",
+        deserialize = "T: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct SparseRow<T, const FIRST: usize, const LEAD: usize, const LAST: usize> {
     /// Entries of the states from `FIRST` on.
+    #[cfg_attr(feature = "serde", serde(with = "crate::serialised_array"))]
     pub lead: [T; LEAD],
     /// Entries of the last states.
+    #[cfg_attr(feature = "serde", serde(with = "crate::serialised_array"))]
     pub last: [T; LAST],
 }
 
