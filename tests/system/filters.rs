@@ -9,6 +9,7 @@ mod law_shared_camera_errors;
 mod law_stamp_errors;
 mod law_tilting_rotor;
 mod law_twin_learns;
+mod law_windowed_errors;
 mod law_worth_of_impacts;
 
 mod law_camera_faults;

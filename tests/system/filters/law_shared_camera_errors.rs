@@ -8,6 +8,7 @@
 //! | vibration 1 um, 120 Hz | 1 | not too sure | not surer than right: it averages out, and nobody counts on that |
 //! | the same | 2 | right: two marks tell a shift from an angle | right |
 //! | play | 1 | not too sure | not too sure |
+//! | bias or vibration, of a rotor that tilts | 2 | not too sure | not too sure |
 //!
 //! "Not too sure" allows a standard deviation that is up to twice too large ([`Asked::NotTooSure`]). The bias counts as
 //! noise and as a lasting error, of which it is one at a time: 0.35 um of one mark has 1.6 times the twin's own
@@ -100,6 +101,21 @@ fn law_told_errors_are_covered() {
     }
     assert_eq!(all.len(), 3 * 12 + 6);
     assert_family_within("told", &all, &[]);
+}
+
+/// The same by two marks on a rotor that tilts, of set F: its tilt shows in what the marks leave, and is counted
+/// beside. So no filter is asked for more than not to be too sure.
+#[test]
+fn law_told_errors_of_a_rotor_that_tilts_are_covered() {
+    let mut all = Vec::new();
+    for (name, error) in
+        [("bias", ("camera.subpixel_bias_m", "5e-7")), ("vibration", ("camera.vibration_m", "1e-6"))]
+    {
+        let set_f = load(Some(Path::new("set_f_plant")), &[]).expect("a scene of the gallery");
+        let told = run(set_f, &[("camera.marks", "2"), error]);
+        all.extend(rows(&format!("set f, {name}"), &told, [Asked::NotTooSure; 2]));
+    }
+    assert_family_within("told, tilting", &all, &[]);
 }
 
 /// A camera with one mark on a rotor that shifts: the filters are told of the design's 20 um where the true motors
