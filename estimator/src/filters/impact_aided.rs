@@ -168,7 +168,7 @@ impl<T: Real> ImpactAided<T> {
             VibrometerEvent::Flight => (),
             VibrometerEvent::Rejected => {
                 // The watch has started again: the samples before had wrong times.
-                self.detector = ImpactDetector::new(self.tuning.detector);
+                self.detector.start_again();
                 while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
                 self.propagated = None;
                 let VibrometerEvent::Gap(seconds) = self.detector.observe(sample) else { return };

@@ -313,6 +313,18 @@ impl<T: Real> ImpactDetector<T> {
         VibrometerEvent::Gap(before.map_or(T::zero(), |before| taken_at.seconds_since(before)))
     }
 
+    /// The samples' times were wrong, and start again: the flight that went on teaches nothing. What is known of the
+    /// vibrometer and the film is kept: scale, damping, noise and sign.
+    #[cold]
+    pub(crate) fn start_again(&mut self) {
+        self.newest = None;
+        self.flight = Flight::begun(T::zero());
+        self.jump_m_s = T::zero();
+        self.free_fall.leave_out_flight();
+        self.erratic_until = None;
+        self.judge();
+    }
+
     /// Takes in a fall by `drop_m_s` at two samples up to `at`. A vibrometer of wrong sign shows one at every impact:
     /// those are not reported.
     #[cold]

@@ -127,6 +127,31 @@ fn law_late_frames_equal_frames_in_time() {
     }
 }
 
+/// A vibrometer that shows a fifth too much: a clock that runs back takes nothing of the learnt scale away.
+#[test]
+fn law_the_learnt_scale_survives_a_clock_that_runs_back() {
+    let (mut filter, of_flight) = (driven::<f64>(DriveMode::C), tuning::<f64>().detector);
+    // Flights of 4 ms, each begun by a jump of 40 mm/s.
+    let bounce = |filter: &mut ImpactAided<f64>, from: u64| {
+        let mut free_m_s = 0.02;
+        for n in 0..800 {
+            let taken_at = Time::from_nanos((from + n) * LDV_NANOS);
+            filter.update_ldv(&LdvSample { taken_at, velocity_m_s: (1.2 * free_m_s) as f32 });
+            free_m_s -= (of_flight.gravity_m_s2 + of_flight.damping_per_s * free_m_s) * 5e-6;
+        }
+    };
+    let one = LdvSample { taken_at: Time::ZERO, velocity_m_s: 1.0 };
+    let scaled = |filter: &ImpactAided<f64>| 1.2 * filter.detector.scaled(&one).velocity_m_s - 1.0;
+    for flight in 10..70 {
+        bounce(&mut filter, 800 * flight);
+    }
+    let newest = filter.detector.newest;
+    assert!(scaled(&filter).abs() < 0.01, "{}", scaled(&filter));
+    bounce(&mut filter, 800);
+    assert!(filter.detector.newest < newest);
+    assert!(scaled(&filter).abs() < 0.01, "{}", scaled(&filter));
+}
+
 /// Without frames the kicks accumulate, to the capacity and beyond. An estimate of the present passes none of
 /// them, and equals that through all. The next frame is fused the same way.
 #[test]

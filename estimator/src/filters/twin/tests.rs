@@ -331,6 +331,26 @@ fn law_what_was_learnt_survives_a_fault_of_the_vibrometer() {
     }
 }
 
+/// A vibrometer that shows a fifth too much: a clock that runs back takes nothing of the learnt scale away.
+#[test]
+fn law_the_learnt_scale_survives_a_clock_that_runs_back() {
+    let mut filter = filter::<f64>();
+    filter.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
+    let mut rig = Rig::new(DriveMode::B);
+    rig.scale = 1.2;
+    rig.run(&mut filter, 600_000, true);
+    let one = |taken_at| LdvSample { taken_at, velocity_m_s: 1.0 };
+    let scaled = |filter: &TwinFilter<f64>| 1.2 * filter.detector.scaled(&one(Time::ZERO)).velocity_m_s - 1.0;
+    assert!(scaled(&filter).abs() < 0.05, "{}", scaled(&filter));
+    let newest = filter.detector.newest;
+    for n in 0..300 {
+        let velocity_m_s = 1e-4 * (n % 7) as f32;
+        filter.update_ldv(&LdvSample { velocity_m_s, ..one(Time::from_micros(100_000 + 5 * n)) });
+    }
+    assert!(filter.detector.newest < newest);
+    assert!(scaled(&filter).abs() < 0.05, "{}", scaled(&filter));
+}
+
 /// The stator swings by the drive of before until the drive changes, however long ago the last sample came.
 #[test]
 fn exact_the_stator_is_driven_until_the_drive_changes() {

@@ -147,6 +147,11 @@ impl<T: Real> FreeFall<T> {
         sums.by_damping -= product * velocity_m_s;
     }
 
+    /// The flight that goes on does not count.
+    pub(super) fn leave_out_flight(&mut self) {
+        (self.counts_above_m_s, self.flight, self.lag_s) = (None, Sums::default(), T::zero());
+    }
+
     /// The flight has ended, of samples with the variance `sample_m2_s2`. What it has taught, if it counted.
     pub(super) fn end(&mut self, sample_m2_s2: T) -> Option<Taught<T>> {
         self.counts_above_m_s = None;

@@ -129,6 +129,46 @@ fn law_a_wrong_scale_is_told_and_corrected() {
     }
 }
 
+/// A clock that starts again in the middle of a flight: scale, damping and their information are to the bit what they
+/// were, and later flights teach as without it. A wrong scale that was told is told until later flights prove it.
+#[test]
+fn law_what_flights_have_taught_survives_times_that_start_again() {
+    let (mut bouncing, mut undisturbed) = (Bouncing::new(0.6, 2e-4, 8), Bouncing::new(0.6, 2e-4, 8));
+    for of in [&mut bouncing, &mut undisturbed] {
+        of.bounce(60, 1.2);
+    }
+    let taught = |detector: &ImpactDetector<f64>| {
+        let FreeFall { wrong, .. } = detector.free_fall;
+        (detector.scale, detector.tuning.damping_per_s, detector.free_fall.scale_variance(), wrong)
+    };
+    // The jump ends the flight before. The one that it begins would teach a scale of a fourth more.
+    let first = 800 * bouncing.bounces;
+    let scaled = bouncing.detector.scaled(&sample(first + 1, 0.03));
+    bouncing.detector.observe(&scaled);
+    let before = taught(&bouncing.detector);
+    for n in 2..200 {
+        let scaled = bouncing.detector.scaled(&sample(first + n, 1.5 * flight(&tuning(5.0), 0.02, n)));
+        assert_eq!(bouncing.detector.observe(&scaled), VibrometerEvent::Flight);
+    }
+    bouncing.detector.start_again();
+    assert_eq!(taught(&bouncing.detector), before);
+    assert_eq!((bouncing.detector.newest, bouncing.detector.fault), (None, None));
+    bouncing.bounces = 0;
+    for of in [&mut bouncing, &mut undisturbed] {
+        assert_eq!(of.bounce(20, 1.2), None);
+    }
+    let [one, other] = [&bouncing, &undisturbed].map(|of| of.errors(1.2)[0]);
+    assert!(one.abs() < 0.01 && (one - other).abs() < 0.01, "{one} {other}");
+    let mut wrong = Bouncing::new(0.6, 2e-4, 9);
+    wrong.bounce(30, 1.0);
+    while wrong.detector.fault != Some(Reason::VibrometerScale) {
+        wrong.bounce(1, 0.5);
+        assert!(wrong.bounces < 60, "not told");
+    }
+    wrong.detector.start_again();
+    assert_eq!(wrong.detector.fault, Some(Reason::VibrometerScale));
+}
+
 /// Small pushes at the end of each flight, near the teeth, take 0.3 of the fall away: that part does not count.
 #[test]
 fn law_pushes_near_the_teeth_are_no_wrong_scale() {
