@@ -75,6 +75,8 @@ pub use camera::track_tuning::{RESTING_GROWTH_RAD2_S, TrackTuning};
 pub use camera::tracker::FRAMES_KEPT;
 pub use filter::{AngleFilter, Estimate, Health, Reason, ResonanceOffset};
 pub use filters::constant_rate::{ConstantRate, ConstantRateTuning, RandomWalkTuning};
+#[cfg(feature = "tell")]
+pub use filters::impact_aided::SignedKick;
 pub use filters::impact_aided::ringing::RingingTuning;
 pub use filters::impact_aided::{IMPACTS_KEPT_MAX, ImpactAided, ImpactAidedTuning};
 pub use filters::twin::{CheckedMotor, TwinFilter, TwinTuning};

@@ -16,7 +16,7 @@ use super::kicks::{FreeMotion, TrueMotion};
 use super::phase_sums::{PhaseSums, add_innovation};
 use super::rate_walk::RateWalk;
 use super::timeline::{self, TimelinePhase};
-use super::told::{ToldSet, ToldTwin, contacts_of};
+use super::told::{ToldFilter, ToldSet, contacts_of};
 use simulation::math::count::real;
 use simulation::runs::RunError;
 use simulation::runs::filter::{AnyFilter, FILTERS, SMOOTHER_LAG_MS};
@@ -64,7 +64,7 @@ impl Default for ComparedScope {
 pub struct ComparedRun {
     /// The error sums of each of [`names`].
     pub sums: Vec<PhaseSums>,
-    /// The same of twins that were told parts of the truth.
+    /// The same of filters that were told parts of the truth.
     pub told: Vec<(ToldSet, PhaseSums)>,
     /// The walk of the rate that its camera sees.
     pub walk: RateWalk,
@@ -94,7 +94,7 @@ impl RunCost {
     }
 }
 
-/// Runs the motor of `scene` under `mode` within `scope`, with a twin beside for each set of `told`, and calls
+/// Runs the motor of `scene` under `mode` within `scope`, with a filter beside for each set of `told`, and calls
 /// `progress` every simulated millisecond.
 ///
 /// # Errors
@@ -120,7 +120,7 @@ pub fn run(
         if over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     let FilterComparison { sums, told, cost, .. } = driver.into_program();
-    let told = told.into_iter().map(|twin| (twin.set, twin.sums)).collect();
+    let told = told.into_iter().map(|filter| (filter.set, filter.sums)).collect();
     Ok(ComparedRun { sums, told, walk: RateWalk::of(scene), cost })
 }
 
@@ -139,7 +139,7 @@ struct FilterComparison {
     free_motion: FreeMotion,
     filters: Vec<AnyFilter>,
     genies: Vec<Genie>,
-    told: Vec<ToldTwin>,
+    told: Vec<ToldFilter>,
     smoothers: bool,
     /// Of the filters, then of their smoothers, then of the genies.
     sums: Vec<PhaseSums>,
@@ -164,7 +164,7 @@ impl FilterComparison {
             free_motion: FreeMotion::default(),
             filters: FILTERS.iter().map(|name| AnyFilter::named(name, scene)).collect::<Result<_, _>>()?,
             genies: GENIES.iter().filter(|_| scope.genies).map(genie).collect(),
-            told: told.iter().map(|set| ToldTwin::new(set, scene)).collect::<Result<_, _>>()?,
+            told: told.iter().map(|set| ToldFilter::new(set, scene)).collect::<Result<_, _>>()?,
             smoothers: scope.smoothers,
             sums: names().map(|_| PhaseSums::default()).collect(),
             truths: VecDeque::new(),
@@ -180,7 +180,7 @@ impl FilterComparison {
     fn enter(&mut self, now: Time) -> DriveCommand {
         let (command, phase) = timeline::at(now, self.mode);
         self.filters.iter_mut().for_each(|filter| filter.drive(now, command));
-        self.told.iter_mut().for_each(|told| told.twin.drive(now, command));
+        self.told.iter_mut().for_each(|told| told.filter_mut().drive(now, command));
         if phase != self.phase {
             self.phase = phase;
             let told = self.told.iter_mut().flat_map(|told| &mut told.sums);
@@ -245,9 +245,9 @@ impl FilterComparison {
             let (estimate, health) = (filter.estimate(at), filter.health(at));
             sums[phase as usize].estimate(estimate.as_ref(), health, angle, rate_rad_s);
         }
-        for ToldTwin { twin, sums, .. } in &mut self.told {
-            let (estimate, health) = (twin.estimate(at), twin.health(at));
-            sums[phase as usize].estimate(estimate.as_ref(), health, angle, rate_rad_s);
+        for told in &mut self.told {
+            let (estimate, health) = (told.filter().estimate(at), told.filter().health(at));
+            told.sums[phase as usize].estimate(estimate.as_ref(), health, angle, rate_rad_s);
         }
         for (genie, sums) in self.genies.iter().zip(genies) {
             let sums = &mut sums[phase as usize];
@@ -263,13 +263,13 @@ impl FilterComparison {
 impl TickProgram for FilterComparison {
     type Report = ();
 
-    /// The genies are given every kick, the twins every contact.
+    /// The genies are given every kick, the filters that are told something every contact.
     const OBSERVES_STEPS: bool = true;
 
     fn step(&mut self, step: &PlantStep, plant: &Plant) {
         if !self.told.is_empty() {
             let contacts = contacts_of(step, plant);
-            self.told.iter_mut().for_each(|told| contacts.iter().for_each(|contact| told.twin.tell(contact)));
+            self.told.iter_mut().for_each(|told| contacts.iter().for_each(|contact| told.tell(contact)));
         }
         if self.genies.is_empty() {
             return;

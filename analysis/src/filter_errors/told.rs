@@ -1,11 +1,12 @@
-//! What a twin is told of the truth: partial genies ([`estimator::ToldParts`]).
+//! What a filter is told of the truth: partial genies. The twin is told parts ([`estimator::ToldParts`]),
+//! `impact_aided` the sign of each kick.
 //!
 //! The truth is that of the plant, step by step. What no impact of a tooth explains of a step's change of the rate, as
 //! a sustained contact or the hub, is a contact without a tooth at the end of the step.
 
 use estimator::{
-    AngleFilter as _, CameraFrame, CheckedMotor, FilterKind, LdvSample, ToldParts, TrueContact, TrueTooth,
-    TwinFilter, TwinTuning,
+    AngleFilter, CameraFrame, CheckedMotor, FilterKind, ImpactAided, ImpactAidedTuning, LdvSample,
+    SignedKick, ToldParts, TrueContact, TrueTooth, TwinFilter, TwinTuning,
 };
 use motor_model::{Parameter, Time};
 use serde::{Deserialize, Serialize};
@@ -36,6 +37,8 @@ pub enum ToldPart {
     Friction,
     /// Kick and recoil of the impacts that the vibrometer does not detect.
     SmallImpacts,
+    /// The sign of each kick, to `impact_aided`, which has no other part that could be told.
+    KickSign,
 }
 
 /// Several of them.
@@ -43,9 +46,20 @@ pub enum ToldPart {
 pub struct ToldSet(Vec<ToldPart>);
 
 impl ToldPart {
-    /// All of them.
-    pub const ALL: [Self; 6] =
+    /// Those that a twin is told.
+    pub const OF_TWIN: [Self; 6] =
         [Self::ToothVelocity, Self::Instant, Self::Jump, Self::Pair, Self::Friction, Self::SmallImpacts];
+
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::ToothVelocity,
+        Self::Instant,
+        Self::Jump,
+        Self::Pair,
+        Self::Friction,
+        Self::SmallImpacts,
+        Self::KickSign,
+    ];
 
     /// Its word.
     pub fn name(self) -> &'static str {
@@ -56,6 +70,7 @@ impl ToldPart {
             Self::Pair => "pair",
             Self::Friction => "friction",
             Self::SmallImpacts => "small-impacts",
+            Self::KickSign => "kick-sign",
         }
     }
 
@@ -68,12 +83,13 @@ impl ToldPart {
             Self::Pair => "Which pair of teeth struck, or that none did",
             Self::Friction => "The friction",
             Self::SmallImpacts => "Kick and recoil of the impacts that the vibrometer does not detect",
+            Self::KickSign => "The sign of each kick, to impact_aided instead of the twin",
         }
     }
 }
 
 impl ToldSet {
-    /// Each of `parts` alone, then all but each, then all.
+    /// Of the twin each of `parts` alone, then all but each, then all; then that of `impact_aided`.
     pub fn of_budget(parts: &[ToldPart]) -> Vec<Self> {
         let mut distinct: Vec<ToldPart> = Vec::new();
         for part in parts {
@@ -81,6 +97,8 @@ impl ToldSet {
                 distinct.push(*part);
             }
         }
+        let of_other = distinct.iter().position(|part| *part == ToldPart::KickSign);
+        let of_other = of_other.map(|place| Self(vec![distinct.remove(place)]));
         let singly = distinct.iter().map(|&part| Self(vec![part]));
         let without =
             |left_out: &ToldPart| Self(distinct.iter().copied().filter(|part| part != left_out).collect());
@@ -91,6 +109,7 @@ impl ToldSet {
         if distinct.len() > 1 {
             sets.push(Self(distinct));
         }
+        sets.extend(of_other);
         sets
     }
 
@@ -100,8 +119,13 @@ impl ToldSet {
         words.join("+")
     }
 
-    /// The same for the filter.
-    pub(super) fn parts(&self) -> ToldParts {
+    /// The filter that is told them.
+    pub fn filter(&self) -> &'static str {
+        if self.0.contains(&ToldPart::KickSign) { "impact_aided" } else { "twin" }
+    }
+
+    /// The same for the twin.
+    fn parts(&self) -> ToldParts {
         let has = |part| self.0.contains(&part);
         ToldParts {
             tooth_velocity: has(ToldPart::ToothVelocity),
@@ -114,7 +138,7 @@ impl ToldSet {
     }
 }
 
-/// Refuses a scene whose twin would be told nothing.
+/// Refuses a scene whose filters would be told nothing.
 ///
 /// # Errors
 /// When no vibrometer of the scene shows single impacts.
@@ -123,26 +147,63 @@ pub fn check(scene: &Scene) -> Result<(), SceneError> {
         return Ok(());
     }
     Err(SceneError::Conflict {
-        conflict: "--told, and no vibrometer that shows single impacts: the twin then has none to be told of"
+        conflict: "--told, and no vibrometer that shows single impacts: a filter then has none to be told of"
             .to_owned(),
         hint: "leave --told out, or see ldv.installed, ldv.noise_m_s and ldv.sample_rate_hz".to_owned(),
     })
 }
 
-/// A twin that is told parts of the truth, and its errors.
-pub(super) struct ToldTwin {
+/// A kick of a told sign, of friction that bounds four of five: the slip is uniform up to five times what friction
+/// stops, so that the mean is 0.9 of the largest kick and the mean square 0.87.
+const SIGNED_KICK: SignedKick<f32> = SignedKick { mean: 0.9, variance: 0.06 };
+
+/// A filter that can be told something.
+enum Tellable {
+    Twin(Box<TwinFilter<f32>>),
+    ImpactAided(Box<ImpactAided<f32>>),
+}
+
+/// A filter that is told parts of the truth, and its errors.
+pub(super) struct ToldFilter {
     pub(super) set: ToldSet,
-    pub(super) twin: Box<TwinFilter<f32>>,
+    filter: Tellable,
     pub(super) sums: PhaseSums,
 }
 
-impl ToldTwin {
+impl ToldFilter {
     pub(super) fn new(set: &ToldSet, scene: &Scene) -> Result<Self, RunError> {
         let (design, instruments) = (scene.motor_params(), assumed(scene));
-        let motor = CheckedMotor::try_new(&design)?;
-        let twin = TwinFilter::new(&motor, &TwinTuning::new(&design, &instruments));
-        let twin = Box::new(twin.with_told(set.parts()));
-        Ok(Self { set: set.clone(), twin, sums: PhaseSums::default() })
+        let filter = if set.filter() == "twin" {
+            let motor = CheckedMotor::try_new(&design)?;
+            let twin = TwinFilter::new(&motor, &TwinTuning::new(&design, &instruments));
+            Tellable::Twin(Box::new(twin.with_told(set.parts())))
+        } else {
+            let filter = ImpactAided::new(&ImpactAidedTuning::new(&design, &instruments));
+            Tellable::ImpactAided(Box::new(filter.with_told_signs(SIGNED_KICK)))
+        };
+        Ok(Self { set: set.clone(), filter, sums: PhaseSums::default() })
+    }
+
+    pub(super) fn filter(&self) -> &dyn AngleFilter<f32> {
+        match &self.filter {
+            Tellable::Twin(filter) => filter.as_ref(),
+            Tellable::ImpactAided(filter) => filter.as_ref(),
+        }
+    }
+
+    pub(super) fn filter_mut(&mut self) -> &mut dyn AngleFilter<f32> {
+        match &mut self.filter {
+            Tellable::Twin(filter) => filter.as_mut(),
+            Tellable::ImpactAided(filter) => filter.as_mut(),
+        }
+    }
+
+    /// Tells what truly happened.
+    pub(super) fn tell(&mut self, contact: &TrueContact<f32>) {
+        match &mut self.filter {
+            Tellable::Twin(filter) => filter.tell(contact),
+            Tellable::ImpactAided(filter) => filter.tell(contact),
+        }
     }
 
     /// Takes in what has arrived.
@@ -153,12 +214,13 @@ impl ToldTwin {
         phase: Option<TimelinePhase>,
     ) {
         for sample in samples {
-            if let (Some(innovation), Some(phase)) = (self.twin.update_ldv(sample), phase) {
+            if let (Some(innovation), Some(phase)) = (self.filter_mut().update_ldv(sample), phase) {
                 self.sums[phase as usize].impact(&innovation);
             }
         }
         for frame in frames {
-            add_innovation(&mut self.sums, phase, &self.twin.update_camera(frame));
+            let innovation = self.filter_mut().update_camera(frame);
+            add_innovation(&mut self.sums, phase, &innovation);
         }
     }
 }
@@ -242,6 +304,11 @@ mod tests {
             ["jump", "pair", "instant", "pair+instant", "jump+instant", "jump+pair", "jump+pair+instant"];
         assert_eq!(names(&[Jump, Pair, Instant]), expected);
         assert!(names(&[]).is_empty());
+        // Told to another filter, and never with the twin's.
+        assert_eq!(names(&[ToldPart::KickSign, Jump, Pair]), ["jump", "pair", "jump+pair", "kick-sign"]);
+        let filters: Vec<_> = ToldSet::of_budget(&ToldPart::ALL).iter().map(ToldSet::filter).collect();
+        assert_eq!(filters.iter().filter(|filter| **filter == "twin").count(), 13);
+        assert_eq!(filters.last(), Some(&"impact_aided"));
     }
 
     /// Of both rotors, in both modes: the contacts of a step are in the order of time and within it, their kicks add up

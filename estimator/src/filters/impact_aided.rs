@@ -49,6 +49,8 @@
 
 mod process;
 pub(crate) mod ringing;
+#[cfg(feature = "tell")]
+mod told;
 mod tuning;
 
 use heapless::Deque;
@@ -64,6 +66,10 @@ use crate::{
 };
 use process::{ImpactKick, ImpactKicks, KickedRate};
 use ringing::Ringing;
+#[cfg(feature = "tell")]
+pub use told::SignedKick;
+#[cfg(feature = "tell")]
+use told::ToldSigns;
 pub use tuning::ImpactAidedTuning;
 
 /// Most impacts kept: 4.5 ms of the motion with the most impacts, mode B at a fifth of its amplitude with 28 impacts a
@@ -96,6 +102,8 @@ pub struct ImpactAided<T> {
     ringing: Ringing<T>,
     /// From when on all impacts that still ring have been detected.
     ringing_known_from: Time,
+    #[cfg(feature = "tell")]
+    told: ToldSigns<T>,
 }
 
 /// How angle and rate change up to `$now`. It is no method: the tracker changes while the process is in use.
@@ -122,6 +130,8 @@ impl<T: Real> ImpactAided<T> {
             propagated: None,
             ringing: Ringing::default(),
             ringing_known_from: Time::ZERO,
+            #[cfg(feature = "tell")]
+            told: ToldSigns::default(),
         }
     }
 
@@ -178,6 +188,8 @@ impl<T: Real> ImpactAided<T> {
                 if !self.detector.has_fault() {
                     let within_s = before.map_or(T::zero(), |before| sample.taken_at.seconds_since(before));
                     let kick = self.impact_kick(sample.taken_at, within_s, before_m_s, jump_m_s);
+                    #[cfg(feature = "tell")]
+                    let kick = self.of_told_sign(kick, jump_m_s);
                     self.record_kick(kick);
                 }
             }
@@ -257,6 +269,8 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     }
 
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<T>> {
+        #[cfg(feature = "tell")]
+        self.told.pass(sample.taken_at);
         if self.watch.observe(sample) {
             let (before, had_fault) = (self.detector.newest, self.detector.has_fault());
             let sample = &self.detector.scaled(&self.watch.corrected(sample));

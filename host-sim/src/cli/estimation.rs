@@ -33,7 +33,7 @@ pub(super) struct EstimateArgs {
     /// Folder for estimate.svg and table.csv
     #[arg(long, value_name = "DIR", default_value = "out/estimate")]
     out: PathBuf,
-    /// Twins beside that are told these parts of the truth: each alone, all but each, and all
+    /// Filters beside that are told these parts of the truth: each alone, all but each, and all
     #[arg(long, value_name = "PART,...", value_delimiter = ',', num_args = 1..)]
     #[arg(value_parser = told_part())]
     told: Vec<ToldPart>,

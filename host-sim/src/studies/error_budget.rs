@@ -44,7 +44,7 @@ impl ErrorBudget {
     /// # Errors
     /// When a scene is refused or a run fails.
     pub(crate) fn of(rotors: &[BudgetRotor]) -> Result<Self, RunError> {
-        let parts = &ToldPart::ALL;
+        let parts = &ToldPart::OF_TWIN;
         let of_marks = |rotor: &BudgetRotor, marks: u64| {
             let mut scene = rotor.scene.clone();
             scene.set("camera.marks", &marks.to_string())?;

@@ -5,7 +5,7 @@
 //! 10 us. Every 70 us their estimates are compared with the truth ([`comparison`]), and the errors are summed by phase
 //! ([`analysis::filter_errors::error_sums`]). The scene's settings apply, above all those of the instruments.
 //!
-//! Twins that are told parts of the truth run beside, if some are asked for ([`told`]): what not knowing them costs.
+//! Filters that are told parts of the truth run beside, if some are asked for ([`told`]): what not knowing them costs.
 //!
 //! Rows whose name ends in `_smoothed` are of angle and rate [`simulation::runs::filter::SMOOTHER_LAG_MS`] ago, by a
 //! filter's smoother. They have no innovations of their own.
@@ -79,7 +79,7 @@ pub(crate) struct FilterTotal {
 pub struct FilterErrorsPlan {
     /// Numbers of the motors, and their scenes.
     motors: Vec<(u64, Scene)>,
-    /// What twins are told, each of its own.
+    /// What filters are told, each of its own.
     told: Vec<ToldSet>,
     scope: ComparedScope,
 }
@@ -106,7 +106,7 @@ impl PartialEq for ComparedMotor {
 pub struct FilterErrors {
     /// By drive, then phase, then filter.
     pub rows: Vec<FilterErrorsRow>,
-    /// Of the twins that were told parts of the truth: by drive, then phase, then what they were told.
+    /// Of the filters that were told parts of the truth: by drive, then phase, then what they were told.
     pub told: Vec<FilterErrorsRow>,
     /// The walk of the rate that the camera sees; `None` of no motor.
     pub(crate) walk: Option<RateWalk>,
@@ -161,10 +161,11 @@ impl FilterErrorsPlan {
         self
     }
 
-    /// The same with twins beside that are told `parts` of the truth: each part alone, all but each, and all.
+    /// The same with filters beside that are told `parts` of the truth: twins that are told each part alone, all but
+    /// each, and all, and an `impact_aided` that is told the sign of each kick.
     ///
     /// # Errors
-    /// When the motors have no vibrometer that shows impacts: there is no twin then that could be told anything.
+    /// When the motors have no vibrometer that shows impacts: there is no filter then that could be told anything.
     pub fn with_told(mut self, parts: &[ToldPart]) -> Result<Self, RunError> {
         self.told = ToldSet::of_budget(parts);
         let scenes = self.motors.iter().filter(|_| !self.told.is_empty());
@@ -270,7 +271,7 @@ fn rows_of_drive(drive: &'static str, runs: &[&ComparedRun]) -> Vec<FilterErrors
     TimelinePhase::ALL.into_iter().flat_map(of_phase).collect()
 }
 
-/// The twins that were told parts of the truth, in every phase.
+/// The filters that were told parts of the truth, in every phase.
 fn told_of_drive(drive: &'static str, runs: &[&ComparedRun]) -> Vec<FilterErrorsRow> {
     let sets = runs.first().map_or(&[][..], |run| &run.told);
     let row = |phase: TimelinePhase, place: usize, set: &ToldSet| {
@@ -280,7 +281,7 @@ fn told_of_drive(drive: &'static str, runs: &[&ComparedRun]) -> Vec<FilterErrors
             total.absorb(run);
         }
         let genie_mdeg = f64::NAN;
-        let row = FilterErrorsRow::new(("twin", drive, phase.name()), &total, &each, genie_mdeg);
+        let row = FilterErrorsRow::new((set.filter(), drive, phase.name()), &total, &each, genie_mdeg);
         FilterErrorsRow { told: Some(set.name()), ..row }
     };
     let of_phase = |phase| sets.iter().enumerate().map(move |(place, (set, _))| row(phase, place, set));

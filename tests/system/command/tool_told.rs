@@ -1,4 +1,4 @@
-//! `host-sim estimate --told`: what a twin's error is made of.
+//! `host-sim estimate --told`: what a filter's error is made of.
 
 use std::sync::OnceLock;
 
@@ -77,6 +77,42 @@ fn law_told_twins_know_their_errors() {
         assert_eq!(told.len(), 12);
         for row in told {
             assert_between(number(row, "angle_anees"), 0.2, 4.0, row);
+        }
+    }
+}
+
+/// `impact_aided` that is told the sign of each kick, beside the one that is not. A kick in mode C is one of two, so
+/// the angle is off by less in every phase with a drive, and what is stated is right to a factor of two. At rest there
+/// is no kick.
+#[test]
+fn law_the_sign_of_a_kick_is_worth_something_in_mode_c() {
+    let folder = folder();
+    let arguments = ["estimate", "--motors", "2", "--seed", "21", "--told", "kick-sign", "--format", "json"];
+    let found = json_on_two(folder.path(), &arguments);
+    let rows = found["rows"].as_array().expect("rows");
+    let of_told: Vec<&Value> = rows.iter().filter(|row| !row["told"].is_null()).collect();
+    assert_eq!(of_told.len(), 2 * 6);
+    let is_so = |row: &&Value| row["filter"] == "impact_aided" && row["told"] == "kick-sign";
+    assert!(of_told.iter().all(is_so));
+    for phase in MOVING.into_iter().chain(RESTING) {
+        let of_c = |told: Option<&str>| {
+            let is_row = |row: &&Value| {
+                row["filter"] == "impact_aided"
+                    && row["drive"] == "c"
+                    && row["phase"] == phase
+                    && row["told"].as_str() == told
+            };
+            rows.iter().find(is_row).unwrap_or_else(|| panic!("{told:?} {phase}"))
+        };
+        let (told, untold) = (of_c(Some("kick-sign")), of_c(None));
+        let part = number(told, "rms_angle_mdeg") / number(untold, "rms_angle_mdeg");
+        match phase {
+            "spin_up" | "steady" | "reversal" => {
+                assert!(part < 1.0, "{phase}: {part}");
+                assert_between(number(told, "anees"), 0.5, 2.0, told);
+            }
+            "stop" => {}
+            _ => assert_between(part, 0.9, 1.1, phase),
         }
     }
 }

@@ -8,8 +8,8 @@ use analysis::filter_errors::timeline::TimelinePhase;
 const ABOUT: &str = "Twins that are told parts of the truth, on the same frames and samples: rms of the angle's \
     error in milli-degrees by phase. The noise that the filter assumes of what it is told is taken away; nothing else \
     is tuned. Of steady motion: ANEES of the angle, 1 where the filter knows its error, and the intensity of a random \
-    walk of the rate that would cost the same error (sigma goes as its eighth root). Every kick: the genie, a lower \
-    bound.";
+    walk of the rate that would cost the same error (sigma goes as its eighth root). Kick-sign: impact_aided, not a \
+    twin, is told the sign of each kick. Every kick: the genie, a lower bound.";
 
 impl FilterErrors {
     /// Heading, explanation and table.
