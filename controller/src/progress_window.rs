@@ -55,6 +55,11 @@ impl ProgressWindow {
         Self { since: now, from: estimate.angle, from_rad2: estimate.angle_rad2 }
     }
 
+    /// Whether the window, `window_nanos` long, is over by `now`.
+    pub fn is_over(&self, window_nanos: u64, now: Time) -> bool {
+        now.nanos_since(self.since) >= window_nanos
+    }
+
     /// What the window, `window_nanos` long, has shown by `now` of a rotor that the map turns at `rate_rad_s`,
     /// clockwise positive.
     pub fn outcome(
@@ -69,7 +74,7 @@ impl ProgressWindow {
         let turned_rad = direction * estimate.angle.radians_since::<f32>(self.from);
         let limit_rad2 = SIGNIFICANT_SIGMAS * SIGNIFICANT_SIGMAS * (self.from_rad2 + estimate.angle_rad2);
         let significant = turned_rad * turned_rad > limit_rad2;
-        let over = now.nanos_since(self.since) >= window_nanos;
+        let over = self.is_over(window_nanos, now);
         if significant && turned_rad < 0.0 && (over || turned_rad < -WRONG_WAY_RAD) {
             WindowOutcome::WrongWay(-turned_rad / now.seconds_since::<f32>(self.since))
         } else if !over {

@@ -11,9 +11,13 @@
 //! is slowed by friction; it is driven back only when it is ahead by more than [`RateTuning::ahead_rad`]. A rate of
 //! exactly 0 means rest: the drive is off, and the reference is where the rotor comes to rest.
 //!
+//! A rotor that tilts is fastest below full drive. No drive is stronger than the amplitude that turns it fastest: the
+//! last cruise of a map of its own, or what is found by its rates ([`amplitude_search`]).
+//!
 //! A rotor that does not follow, the end of the travel, too long a drive and too long a time without an estimate end
 //! the hold ([`limits`]): the drive is off until another rate is followed.
 
+mod amplitude_search;
 mod limits;
 mod profile;
 #[cfg(test)]
@@ -22,6 +26,7 @@ mod tests;
 use estimator::{Estimate, Health, Instruments};
 use motor_model::{Angle, AngleAccumulator, DriveCommand, DriveMode, Time};
 
+use self::amplitude_search::{AmplitudeSearch, Driven};
 pub use self::limits::{RateLimits, RateStop};
 use self::limits::{RateState, RateWatch};
 pub use self::profile::{Dwell, Profile, RATE_MAX_RAD_S, RateProfile};
@@ -95,6 +100,7 @@ pub struct RateHold<P = Profile> {
     since: Time,
     changed_at: Time,
     watch: RateWatch,
+    search: AmplitudeSearch,
     stopped: Option<RateStop>,
 }
 
@@ -111,6 +117,7 @@ impl<P: RateProfile> RateHold<P> {
             since: now,
             changed_at: now,
             watch: RateWatch::default(),
+            search: AmplitudeSearch::default(),
             stopped: None,
         }
     }
@@ -165,6 +172,7 @@ impl<P: RateProfile> RateHold<P> {
         self.decided_at = now;
         let Some(estimate) = usable else {
             self.reference = None;
+            self.search.pause();
             self.stopped = self.stopped.or_else(|| self.watch.wait(&self.tuning.limits, last_nanos));
             return DriveCommand::OFF;
         };
@@ -172,6 +180,7 @@ impl<P: RateProfile> RateHold<P> {
         let rate_rad_s = self.wanted_rad_s(now);
         if rate_rad_s.abs() <= 0.0 {
             self.reference = Some(AngleAccumulator::at(estimate.angle));
+            self.search.pause();
             return DriveCommand::OFF;
         }
         let reference = self.reference.get_or_insert(AngleAccumulator::at(estimate.angle));
@@ -179,7 +188,10 @@ impl<P: RateProfile> RateHold<P> {
         let behind_rad: f32 = reference.angle().radians_since(estimate.angle);
         let driven = self.command.mode();
         let state = RateState { last_nanos, driven, estimate, rate_rad_s };
-        self.stopped = self.stopped.or_else(|| self.watch.check(&self.tuning.limits, map, &state));
+        if self.stopped.is_none() {
+            let stop = self.watch.check(&self.tuning.limits, map, &state);
+            self.stopped = stop.filter(|why| !self.tries_less(*why, map, rate_rad_s, now));
+        }
         if self.stopped.is_some() {
             return DriveCommand::OFF;
         }
@@ -187,22 +199,49 @@ impl<P: RateProfile> RateHold<P> {
             return self.command;
         }
         self.changed_at = now;
-        self.tuning.drive(map, rate_rad_s, behind_rad)
+        let driven = self.driven(map, rate_rad_s);
+        self.search.watch(&driven, now, estimate);
+        self.tuning.drive(map, rate_rad_s, behind_rad, &self.search)
+    }
+
+    fn driven<'m>(&self, map: &'m ResponseMap, rate_rad_s: f32) -> Driven<'m> {
+        let RateTuning { amplitude_max, limits: RateLimits { progress_window_nanos, .. }, .. } = self.tuning;
+        Driven { map, command: self.command, rate_rad_s, amplitude_max, window_nanos: progress_window_nanos }
+    }
+
+    /// Whether a rotor that does not follow, for the reason `why`, is driven on more weakly.
+    #[cold]
+    #[inline(never)]
+    fn tries_less(&mut self, why: RateStop, map: &ResponseMap, rate_rad_s: f32, now: Time) -> bool {
+        let driven = self.driven(map, rate_rad_s);
+        let does_not_follow = matches!(why, RateStop::Stuck | RateStop::WrongWay);
+        let tries_less = does_not_follow && self.search.tries_less(&driven, now);
+        if tries_less {
+            self.watch.begin_anew();
+        }
+        tries_less
     }
 }
 
 impl RateTuning {
     /// The drive for a rotor that should turn at `rate_rad_s` and is behind by `behind_rad`, clockwise positive.
-    fn drive(&self, map: &ResponseMap, rate_rad_s: f32, behind_rad: f32) -> DriveCommand {
+    fn drive(
+        &self,
+        map: &ResponseMap,
+        rate_rad_s: f32,
+        behind_rad: f32,
+        search: &AmplitudeSearch,
+    ) -> DriveCommand {
+        let strongest = |mode| search.strongest(map, mode, self.amplitude_max);
         let mode = if rate_rad_s > 0.0 { DriveMode::B } else { DriveMode::C };
         let along = direction(mode);
         let (rate, behind) = (along * rate_rad_s, along * behind_rad);
         if behind < -self.ahead_rad {
             let back = if mode == DriveMode::B { DriveMode::C } else { DriveMode::B };
-            return amplitude_for(map, back, -behind / self.catch_up_s, self.amplitude_max, true);
+            return amplitude_for(map, back, -behind / self.catch_up_s, strongest(back), true);
         }
         let wanted = rate + behind / self.catch_up_s;
-        amplitude_for(map, mode, wanted, self.amplitude_max, behind > self.behind_rad)
+        amplitude_for(map, mode, wanted, strongest(mode), behind > self.behind_rad)
     }
 }
 

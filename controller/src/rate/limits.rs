@@ -5,7 +5,8 @@
 //! at least [`FOLLOWS_PART`] of the rate asked for. The window's clock is the time for which the rotor was driven that
 //! way: pulses with rests between them and an estimate that is lost now and then make it longer. Two windows in a row
 //! without such a turn, or with one the wrong way, end the hold; a rotor that sticks for less than a window is driven
-//! on.
+//! on. A turn the wrong way ends its window after a degree, until the rotor has turned the right way: one that tilts
+//! turns back for some degrees now and then, and its windows are whole.
 //!
 //! The travel ends where the rotor would come to rest, were the drive cut now: `angle + rate * coast time` of the map.
 
@@ -93,6 +94,8 @@ pub(super) struct RateWatch {
     window: Option<(DriveMode, ProgressWindow)>,
     /// Windows in a row in which the rotor did not follow.
     failed: u8,
+    /// Whether a window has shown that the rotor turns the right way.
+    has_turned: bool,
     /// Time with the drive on, in ns: the clock of the windows.
     on_nanos: u64,
     /// Time without a usable estimate, in ns, since the last one.
@@ -104,6 +107,12 @@ impl RateWatch {
     pub fn wait(&mut self, limits: &RateLimits, last_nanos: u64) -> Option<RateStop> {
         self.blind_nanos = self.blind_nanos.saturating_add(last_nanos);
         (self.blind_nanos > limits.blind_max_nanos).then_some(RateStop::NoEstimate)
+    }
+
+    /// The rotor is driven more weakly from now on: the windows in which it did not follow count no more, and the next
+    /// ones are whole.
+    pub fn begin_anew(&mut self) {
+        (self.window, self.failed, self.has_turned) = (None, 0, true);
     }
 
     /// There is a usable estimate.
@@ -131,11 +140,15 @@ impl RateWatch {
         let is_driven_back = state.driven.is_some_and(|driven| driven != mode);
         let window = match self.window {
             Some((of, window)) if of == mode && !is_driven_back => window,
-            _ => {
+            other => {
+                self.has_turned = self.has_turned && other.is_none_or(|(of, _)| of == mode);
                 self.window = Some(begun);
                 return None;
             }
         };
+        if self.has_turned && !window.is_over(limits.progress_window_nanos, clock) {
+            return None;
+        }
         let creep = FOLLOWS_PART * state.rate_rad_s.abs();
         let stop = match window.outcome(state.rate_rad_s, limits.progress_window_nanos, clock, state.estimate)
         {
@@ -147,6 +160,7 @@ impl RateWatch {
             }
         };
         self.window = Some(begun);
+        self.has_turned = self.has_turned || stop.is_none();
         self.failed = if stop.is_some() { self.failed + 1 } else { 0 };
         stop.filter(|_| self.failed >= WINDOWS)
     }
