@@ -7,6 +7,7 @@ mod error;
 pub mod filter;
 pub mod health_words;
 pub mod late_interrupts;
+pub mod limits;
 pub mod not_modelled;
 pub mod position;
 pub mod rate;

@@ -45,6 +45,7 @@ pub use held_rate::{ComparedRate, hold_rate};
 pub use lock_step_board::LockStepBoard;
 use simulation::runs::closed_loop::{PositioningMoment, latency_ticks};
 use simulation::runs::filter;
+use simulation::runs::limits;
 use simulation::runs::position::{self, MoveOutcome};
 use simulation::runs::tick_driver::{Moment, TickDriver, TickMeasurements, TickProgram};
 use simulation::scene::Scene;
@@ -131,6 +132,7 @@ fn verdict(identical: bool, steps: u64) -> String {
 /// # Errors
 /// When the scene's map is for another design.
 pub(crate) fn preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
+    limits::check_move_on_board(scene)?;
     let mut messages = description(scene)?;
     messages.push(HostMessage::Configure(configuration(scene)));
     Ok(messages)

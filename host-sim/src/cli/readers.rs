@@ -50,11 +50,25 @@ const RECORD_READS: [&str; 15] = [
 ];
 
 /// What is read for a move.
-const MOVE: [&str; 10] =
-    ["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "board", "position"];
+const MOVE: [&str; 14] = [
+    "seed",
+    "motor",
+    "plant",
+    "camera",
+    "ldv",
+    "fault",
+    "faults",
+    "estimator",
+    "board",
+    "position",
+    "limits.least_deg",
+    "limits.greatest_deg",
+    "limits.drive_on_s",
+    "limits.amplitude_max",
+];
 
 /// What is read for a rate that a board holds, from the start to the end.
-const BOARD_RATE: [&str; 11] = [
+const BOARD_RATE: [&str; 15] = [
     "seed",
     "motor",
     "plant",
@@ -66,14 +80,30 @@ const BOARD_RATE: [&str; 11] = [
     "board",
     "rate.deg_s",
     "rate.duration_s",
+    "limits.least_deg",
+    "limits.greatest_deg",
+    "limits.drive_on_total_s",
+    "limits.amplitude_max",
 ];
 
 /// What commissioning reads.
-const COMMISSION: [&str; 9] =
-    ["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "board"];
+const COMMISSION: [&str; 12] = [
+    "seed",
+    "motor",
+    "plant",
+    "camera",
+    "ldv",
+    "fault",
+    "faults",
+    "estimator",
+    "board",
+    "limits.least_deg",
+    "limits.greatest_deg",
+    "limits.amplitude_max",
+];
 
 /// What is read for a move or a rate of a board.
-const BOARD: [&str; 12] = [
+const BOARD: [&str; 13] = [
     "seed",
     "motor",
     "plant",
@@ -86,6 +116,7 @@ const BOARD: [&str; 12] = [
     "position",
     "rate.deg_s",
     "rate.duration_s",
+    "limits",
 ];
 
 /// What is read for a drive by hand: what a recording reads.
@@ -115,7 +146,22 @@ pub(super) const READERS: [Reader; 18] = [
     reader("commission", &COMMISSION),
     reader(
         "rate",
-        &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "board", "rate"],
+        &[
+            "seed",
+            "motor",
+            "plant",
+            "camera",
+            "ldv",
+            "fault",
+            "faults",
+            "estimator",
+            "board",
+            "rate",
+            "limits.least_deg",
+            "limits.greatest_deg",
+            "limits.drive_on_total_s",
+            "limits.amplitude_max",
+        ],
     ),
     reader("record", &RECORD_READS),
     reader(
@@ -146,20 +192,8 @@ pub(super) const READERS: [Reader; 18] = [
         overwrites: &["position.to_deg", "position.deadline_s", "position.hold_s"],
         ..reader("positioning-trials", &MOVE)
     },
-    Reader {
-        overwrites: &["camera.marks", "estimator.filter", "position"],
-        ..reader(
-            "instruments",
-            &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "board"],
-        )
-    },
-    Reader {
-        overwrites: &["estimator.filter", "position"],
-        ..reader(
-            "faults",
-            &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "board"],
-        )
-    },
+    Reader { overwrites: &["camera.marks", "estimator.filter", "position"], ..reader("instruments", &MOVE) },
+    Reader { overwrites: &["estimator.filter", "position"], ..reader("faults", &MOVE) },
     Reader {
         overwrites: &["plant.step_s", "plant.motor", "plant.stator"],
         ..reader("response-map", &["seed", "motor", "plant"])

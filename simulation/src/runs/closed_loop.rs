@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use controller::rate::RateHold;
 use controller::{
-    LATENCY_TICKS_MAX, Limits, PositionLoop, PositioningTuning, RateLoop, RateReport, ResponseMap, Target,
-    TickReport,
+    LATENCY_TICKS_MAX, PositionLoop, PositioningTuning, RateLoop, RateReport, ResponseMap, Target, TickReport,
 };
 use motor_model::Time;
 
 use crate::runs::RunError;
 use crate::runs::filter::AnyFilter;
 use crate::runs::late_interrupts::LateInterrupts;
+use crate::runs::limits;
 use crate::runs::tick_driver::{Moment, RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
 use crate::world::instruments::assumed;
@@ -44,10 +44,9 @@ pub type PositioningMoment = Moment<TickReport>;
 /// The end of a tick of a loop that holds a rate.
 pub type RateMoment = Moment<RateReport>;
 
-/// The controller's tuning for the instruments and the deadline of a scene.
+/// The controller's tuning for the instruments and the limits of a scene.
 pub fn tuning(scene: &Scene) -> PositioningTuning {
-    let limits = Limits { deadline_nanos: scene.nanos("position.deadline_s"), ..Limits::default() };
-    PositioningTuning { limits, ..PositioningTuning::new(&assumed(scene)) }
+    PositioningTuning { limits: limits::of_move(scene), ..PositioningTuning::new(&assumed(scene)) }
 }
 
 /// Ticks from a decision of the loop of a scene until its command acts.

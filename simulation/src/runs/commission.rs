@@ -17,6 +17,7 @@ use motor_model::{DriveMode, MotorParams, Parameter, Time};
 use crate::runs::RunError;
 use crate::runs::closed_loop;
 use crate::runs::filter::AnyFilter;
+use crate::runs::limits;
 use crate::runs::tick_driver::{Moment, RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
 use crate::world::instruments;
@@ -104,6 +105,7 @@ impl CommissioningRun {
     /// # Errors
     /// When the scene is refused.
     pub fn new(scene: &Scene) -> Result<Self, RunError> {
+        limits::check_experiments(scene)?;
         let instruments = instruments::checked(scene)?;
         let program = ExperimentProgram {
             filter: AnyFilter::of(scene)?,

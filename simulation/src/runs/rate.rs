@@ -13,6 +13,7 @@
 //! The mean is over the rest of the run. Its error is the angle's error over that time, so a longer run measures it
 //! better.
 
+mod keeping_up;
 mod outcome;
 mod point;
 mod profile;
@@ -23,17 +24,18 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use controller::TICK_NANOS;
-use controller::rate::{RateHold, RateStop, RateTuning};
+use controller::rate::{RateHold, RateStop};
 use motor_model::{DriveMode, Time, math};
 
 use crate::math::statistics::MeanSquare;
 use crate::runs::RunError;
 use crate::runs::closed_loop::{self, ClosedRateLoop, RateMoment};
 use crate::runs::filter;
+use crate::runs::limits;
 use crate::runs::rotor_tilt::TiltFigureSums;
 use crate::runs::stated_errors::StatedErrorCounts;
 use crate::scene::Scene;
-use crate::world::instruments::assumed;
+pub use keeping_up::{CANNOT_KEEP_UP, KeepingUp, cannot_keep_up};
 pub use outcome::{RateOutcome, reason};
 pub use point::RatePoint;
 pub use profile::profile;
@@ -60,6 +62,8 @@ struct RateSums {
     reference_losses: u32,
     /// Why and when in s the rate was held no more.
     stopped: Option<(RateStop, f64)>,
+    /// Rate in deg/s of a motor that did not keep up in the end.
+    fastest_deg_s: Option<f64>,
 }
 
 /// A tick of the loop in s.
@@ -88,7 +92,9 @@ pub fn run_with<B>(
     mut intervene: impl FnMut(&mut ClosedRateLoop, &RateMoment) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, RateOutcome>, RunError> {
     let promised = PromisedRange::of(scene)?;
-    let hold = RateHold::new(profile(scene)?, RateTuning::new(&assumed(scene)), Time::ZERO);
+    let profile = profile(scene)?;
+    limits::check_rate(scene, &profile)?;
+    let hold = RateHold::new(profile, limits::rate_tuning(scene), Time::ZERO);
     let duration_s = scene.number("rate.duration_s");
     let profile_name = scene.choice("rate.profile");
     let both_ways = profile_name == "both_ways";
@@ -97,6 +103,7 @@ pub fn run_with<B>(
     let mut last_angle = closed_loop.plant().rotor().angle;
     let (mut point_angle, mut ticks) = (last_angle, 0_u64);
     let mut since_point = TiltFigureSums::default();
+    let mut keeping_up = KeepingUp::new(scene);
     let ended = closed_loop.run(|closed_loop, tick| {
         if let ControlFlow::Break(value) = intervene(closed_loop, &tick) {
             return ControlFlow::Break(ControlFlow::Break(value));
@@ -112,6 +119,9 @@ pub fn run_with<B>(
         sums.reference_losses += u32::from(sums.had_reference && !has_reference);
         sums.had_reference = has_reference;
         sums.stopped = sums.stopped.or(report.stopped.map(|why| (why, time_s)));
+        if let Some(estimate) = report.estimate.filter(|_| report.stopped.is_none()) {
+            keeping_up.take(tick.at, report.wanted_rad_s, report.reference, estimate.angle);
+        }
         if profile::settled(profile_name, time_s, duration_s) {
             sums.ticks += 1.0;
             // Both ways, turns count in the direction asked for: otherwise they would cancel.
@@ -155,6 +165,7 @@ pub fn run_with<B>(
     if let ControlFlow::Break(value) = ended {
         return Ok(ControlFlow::Break(value));
     }
+    sums.fastest_deg_s = keeping_up.fastest_deg_s().filter(|_| sums.stopped.is_none());
     Ok(ControlFlow::Continue(sums.outcome(scene, promised, RateRange::of(scene)?)))
 }
 
@@ -180,8 +191,10 @@ impl RateSums {
             reason: self
                 .stopped
                 .map(|(why, _)| reason(why))
-                .or_else(|| following_rms_deg.is_none().then_some(outcome::NO_REFERENCE)),
+                .or_else(|| following_rms_deg.is_none().then_some(outcome::NO_REFERENCE))
+                .or_else(|| self.fastest_deg_s.map(|_| CANNOT_KEEP_UP)),
             stopped_s: self.stopped.map(|(_, time_s)| time_s),
+            fastest_deg_s: self.fastest_deg_s,
             filter: filter::chosen(scene),
             saturated: self.saturated / self.ticks.max(1.0),
             promised,

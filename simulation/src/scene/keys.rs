@@ -9,6 +9,7 @@ pub mod faults;
 #[cfg(feature = "gyroscope")]
 pub mod gyroscope;
 pub mod jog;
+pub mod limits;
 pub mod plant;
 pub mod position;
 pub mod rate;
@@ -39,6 +40,7 @@ pub const TABLE_TITLES: &[(&str, &str)] = &[
     ("board", "The processor of the loop."),
     ("position", "A move to an angle."),
     ("rate", "A rate that is held, or a profile of rates."),
+    ("limits", "Limits that a move, a rate and experiments keep."),
     ("run", "A move or a rate on a real board."),
     ("jog", "A drive by hand, on a real board."),
     ("record", "A recording in open loop: which drives, one after the other."),

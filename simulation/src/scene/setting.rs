@@ -102,6 +102,7 @@ const TABLES: &[&[Setting]] = &[
     keys::board::SETTINGS,
     keys::position::SETTINGS,
     keys::rate::SETTINGS,
+    keys::limits::SETTINGS,
     keys::run::SETTINGS,
     keys::jog::SETTINGS,
     keys::record::SETTINGS,

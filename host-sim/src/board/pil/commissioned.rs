@@ -12,6 +12,7 @@ use super::frames::unexpected;
 use super::{Difference, Processor, compared, description, filter_kind, verdict};
 use crate::board::BoardError;
 use simulation::runs::commission::{CommissioningRun, Planned};
+use simulation::runs::limits;
 use simulation::scene::Scene;
 
 /// Time in ns within which a motor is commissioned.
@@ -58,6 +59,7 @@ impl fmt::Display for ComparedCommissioning {
 /// # Errors
 /// When the scene's map is for another design.
 pub(crate) fn commission_preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
+    limits::check_experiments(scene)?;
     let mut messages = description(scene)?;
     messages.push(HostMessage::ConfigureExperiments(ExperimentsConfiguration {
         filter: filter_kind(scene),

@@ -20,8 +20,8 @@ use super::report_record::Reported;
 use super::watched_move::WatchedMove;
 use crate::board::BoardError;
 use crate::board::pil::{commission_preparation, preparation, rate_preparation};
-use simulation::runs::rate::{PromisedRange, SETTLE_S, reason};
-use simulation::runs::record::Truth;
+use simulation::runs::rate::{CANNOT_KEEP_UP, KeepingUp, PromisedRange, SETTLE_S, reason};
+use simulation::runs::record::{Task, Truth};
 use simulation::scene::{Scene, SceneError};
 
 /// What is asked of a board.
@@ -165,6 +165,7 @@ pub(super) struct WatchedRate {
     /// When the board said that it has held the rate to the end, in s.
     over_s: Option<f64>,
     stopped: Option<(controller::rate::RateStop, f64)>,
+    keeping_up: KeepingUp,
 }
 
 impl WatchedRate {
@@ -180,12 +181,18 @@ impl WatchedRate {
             losses: 0,
             over_s: None,
             stopped: None,
+            keeping_up: KeepingUp::new(scene),
         })
     }
 
     fn take(&mut self, at: Time, reported: &Reported, truth: Option<Truth>) -> bool {
         let at_s = at.seconds_since(Time::ZERO);
         let follows = reported.phase == PhaseRecord::Rate(RatePhase::Following);
+        if let (Task::Rate { wanted_rad_s, reference, .. }, Some(estimate)) =
+            (reported.task, reported.estimate)
+        {
+            self.keeping_up.take(at, wanted_rad_s, reference, estimate.angle);
+        }
         match (reported.phase, reported.estimate) {
             (PhaseRecord::Rate(RatePhase::Following), Some(estimate)) if at_s >= SETTLE_S => {
                 let followed =
@@ -217,6 +224,7 @@ impl WatchedRate {
         let mean_deg_s = over.map(|(first, last, s)| mean(first.estimated, last.estimated, s));
         let true_mean_deg_s =
             over.and_then(|(first, last, s)| first.truth.zip(last.truth).map(|(from, to)| mean(from, to, s)));
+        let fastest_deg_s = self.keeping_up.fastest_deg_s().filter(|_| self.stopped.is_none());
         RateFigures {
             rate_deg_s,
             asked_s,
@@ -228,7 +236,11 @@ impl WatchedRate {
                 .map(|mean| 100.0 * (mean - rate_deg_s) / rate_deg_s),
             reference_losses: losses,
             stopped: self.stopped.map(|(why, _)| format!("{why:?}")),
-            reason: self.stopped.map(|(why, _)| reason(why)),
+            reason: self
+                .stopped
+                .map(|(why, _)| reason(why))
+                .or_else(|| fastest_deg_s.map(|_| CANNOT_KEEP_UP)),
+            fastest_deg_s,
             stopped_s: self.stopped.map(|(_, at_s)| at_s),
             promised_reach: self.promised,
             // Not by the board's word alone: it reports once in a millisecond, so an end in time is not told too early.
@@ -314,6 +326,24 @@ mod tests {
             assert!(watched.take(at, &over, None));
             let TaskFigures::Rate(figures) = watched.figures(None, None) else { panic!("a rate") };
             assert_eq!(figures.ok, ok, "{ms}");
+        }
+    }
+
+    /// A rotor that is 5 degrees behind and turns at 90 deg/s for 100 is told with its rate; one at 100 is not.
+    #[test]
+    fn exact_a_board_whose_motor_cannot_keep_up_is_told() {
+        for (turns_deg_s, told) in [(90.0, Some(90.0)), (100.0, None)] {
+            let sets = ["rate.deg_s=100".to_owned(), "rate.duration_s=2".to_owned()];
+            let mut watched = BoardTask::Rate.watched(&Scene::of_sets(&sets).unwrap()).unwrap();
+            for ms in 0..1500_u32 {
+                let (at, s) = (Time::from_nanos(u64::from(ms) * 1_000_000), 1e-3 * f64::from(ms));
+                let reference = Some(Angle::from_degrees(5.0 + 100.0 * s));
+                let task = Task::Rate { wanted_rad_s: 1.745, reference, stopped: None };
+                watched.take(at, &Reported { task, ..reported(at, turns_deg_s * s, true, None) }, None);
+            }
+            let TaskFigures::Rate(figures) = watched.figures(None, None) else { panic!("a rate") };
+            let found = figures.fastest_deg_s.map(|deg_s| (deg_s * 1e3).round() / 1e3);
+            assert_eq!((found, figures.reason), (told, told.map(|_| CANNOT_KEEP_UP)), "{figures}");
         }
     }
 

@@ -6,6 +6,7 @@ use motor_model::{DriveCommand, Time};
 use super::{FrameCounts, MoveOutcome, MoveSums, MoveTick, reach};
 use crate::runs::RunError;
 use crate::runs::closed_loop::{self, ClosedLoop, PositioningMoment};
+use crate::runs::limits;
 use crate::scene::{Scene, SceneError};
 use crate::world::instruments;
 
@@ -133,6 +134,7 @@ fn target(scene: &Scene) -> Result<Target, SceneError> {
 
 /// Refuses a move by `by_deg` that no drive can make.
 fn check(scene: &Scene, tuning: &PositioningTuning, by_deg: f64) -> Result<(), RunError> {
+    limits::check_target(scene)?;
     let map = scene.response_map()?;
     let tolerance_deg = scene.number("position.tolerance_deg");
     Ok(reach::check(&instruments::checked(scene)?, &map, &tuning.limits, by_deg, tolerance_deg)?)

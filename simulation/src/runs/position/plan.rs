@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::reach;
 use crate::runs::RunError;
-use crate::runs::closed_loop;
+use crate::runs::limits;
 use crate::scene::{Scene, SceneError};
 use crate::world::instruments::{self, assumed};
 
@@ -55,7 +55,8 @@ pub(super) fn forecast_of_way(
     let instruments = instruments::checked(scene)?;
     #[expect(clippy::cast_possible_truncation, reason = "the controller computes in f32")]
     let [distance_rad, tolerance_rad] = [way_deg, tolerance_deg].map(|deg| deg.to_radians() as f32);
-    let limits = closed_loop::tuning(scene).limits;
+    limits::check_target(scene)?;
+    let limits = limits::of_move(scene);
     let map = scene.response_map()?;
     reach::check(&instruments, &map, &limits, way_deg, tolerance_deg)?;
     Ok(MoveForecast::try_new(&instruments, &map, &limits, distance_rad, tolerance_rad))

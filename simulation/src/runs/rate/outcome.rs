@@ -5,7 +5,7 @@ use std::fmt;
 use controller::rate::RateStop;
 use serde::Serialize;
 
-use super::{PromisedRange, RateRange};
+use super::{PromisedRange, RateRange, cannot_keep_up};
 use crate::runs::rotor_tilt::TiltFigures;
 use crate::runs::stated_errors::{StatedErrors, hundredths_or_dash};
 
@@ -56,12 +56,16 @@ pub struct RateOutcome {
     /// Why the drive was switched off for good; left out if it was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped: Option<String>,
-    /// The same in words, or why no rate was held; left out of a rate that was held to the end.
+    /// The same in words, or why the rate was not held; left out of one that was held to the end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<&'static str>,
     /// When that was, in s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped_s: Option<f64>,
+    /// Fastest mean rate over a second in deg/s, clockwise positive, of a motor that did not keep up in the end
+    /// ([`super::KeepingUp`]); left out of one that did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fastest_deg_s: Option<f64>,
     /// The filter that ran.
     pub filter: &'static str,
     /// Share of the time at full drive: near 1 the motor cannot do more.
@@ -107,9 +111,10 @@ impl RateOutcome {
             let losses = self.reference_losses;
             lines.push(("reference", format!("begun anew {losses} times, since the estimate was lost")));
         }
-        lines.extend(self.reason.map(|why| match self.stopped_s {
-            Some(at_s) => ("drive", format!("off for good after {at_s:.3} s: {why}")),
-            None => ("reason", why.to_owned()),
+        lines.extend(self.reason.map(|why| match (self.stopped_s, self.fastest_deg_s) {
+            (Some(at_s), _) => ("drive", format!("off for good after {at_s:.3} s: {why}")),
+            (None, Some(fastest_deg_s)) => ("not held", cannot_keep_up(fastest_deg_s)),
+            (None, None) => ("reason", why.to_owned()),
         }));
         lines.push(("ripple", format!("{:.1} deg/s rms", self.ripple_rms_deg_s)));
         lines.push(("filter", self.filter.to_owned()));

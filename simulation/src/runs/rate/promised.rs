@@ -6,6 +6,7 @@ use controller::ResponseMap;
 use motor_model::DriveMode;
 use serde::Serialize;
 
+use crate::runs::limits;
 use crate::scene::{Scene, SceneError};
 
 /// Standard deviations below the mean within which a motor may be too slow: one normal motor in 40 is slower.
@@ -34,12 +35,11 @@ pub struct PromisedRange {
 }
 
 impl PromisedRate {
-    /// By `map`, at most at full drive.
-    fn of(map: &ResponseMap, mode: DriveMode) -> Self {
+    /// By `map`, at most at `amplitude_max`.
+    fn of(map: &ResponseMap, mode: DriveMode, amplitude_max: f32) -> Self {
         let degrees = |rad: f32| f64::from(rad).to_degrees();
-        map.strongest_cruise(mode, 1.0).map_or(Self { mean_deg_s: 0.0, sd_deg_s: 0.0 }, |cruise| Self {
-            mean_deg_s: degrees(cruise.rate_rad_s),
-            sd_deg_s: degrees(cruise.rate_sd_rad_s),
+        map.strongest_cruise(mode, amplitude_max).map_or(Self { mean_deg_s: 0.0, sd_deg_s: 0.0 }, |cruise| {
+            Self { mean_deg_s: degrees(cruise.rate_rad_s), sd_deg_s: degrees(cruise.rate_sd_rad_s) }
         })
     }
 
@@ -56,13 +56,14 @@ impl PromisedRange {
     /// When the map is for another design.
     pub fn of(scene: &Scene) -> Result<Self, SceneError> {
         let both_ways = scene.choice("rate.profile") == "both_ways";
-        Ok(Self::by(&*scene.response_map()?, scene.number("rate.deg_s"), both_ways))
+        let amplitude_max = limits::rate_tuning(scene).amplitude_max;
+        Ok(Self::by(&*scene.response_map()?, amplitude_max, scene.number("rate.deg_s"), both_ways))
     }
 
-    /// What `map` promises for a rate of `rate_deg_s`, or for that and its opposite.
-    fn by(map: &ResponseMap, rate_deg_s: f64, both_ways: bool) -> Self {
+    /// What `map` promises at up to `amplitude_max` for a rate of `rate_deg_s`, or for that and its opposite.
+    fn by(map: &ResponseMap, amplitude_max: f32, rate_deg_s: f64, both_ways: bool) -> Self {
         let [clockwise, counter_clockwise] =
-            [DriveMode::B, DriveMode::C].map(|mode| PromisedRate::of(map, mode));
+            [DriveMode::B, DriveMode::C].map(|mode| PromisedRate::of(map, mode, amplitude_max));
         let reached = |sigmas| {
             let forward = both_ways || rate_deg_s > 0.0;
             let back = both_ways || rate_deg_s < 0.0;
@@ -99,7 +100,8 @@ mod tests {
     /// Full drive of Table 1's map: 15.14 +- 1.183 rad/s in mode B, -1.539 +- 0.330 rad/s in mode C.
     #[test]
     fn exact_the_range_is_that_of_the_strongest_cruises() {
-        let by = |rate_deg_s, both_ways| PromisedRange::by(ResponseMap::table_1(), rate_deg_s, both_ways);
+        let by =
+            |rate_deg_s, both_ways| PromisedRange::by(ResponseMap::table_1(), 1.0, rate_deg_s, both_ways);
         let said = by(160.0, false);
         assert!((said.clockwise.mean_deg_s - 15.14_f64.to_degrees()).abs() < 0.01, "{said:?}");
         assert!((said.clockwise.sd_deg_s - 1.183_f64.to_degrees()).abs() < 0.01, "{said:?}");
@@ -128,7 +130,7 @@ mod tests {
         let cruises = table_1.cruises_of(DriveMode::C);
         let none = [&[][..]; controller::response_map::Family::ALL.len()];
         let map = ResponseMap::try_new(*table_1.design(), cruises, none, 0.0).unwrap();
-        let said = PromisedRange::by(&map, 1.0, false);
+        let said = PromisedRange::by(&map, 1.0, 1.0, false);
         assert!(!said.holds, "{said:?}");
         assert_eq!(said.to_string(), "-88 +- 19 to +0 +- 0 deg/s: what is asked for is beyond it");
     }

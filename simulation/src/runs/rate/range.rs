@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::SETTLE_S;
 use crate::runs::RunError;
+use crate::runs::limits;
 use crate::scene::Scene;
 use crate::world::plant::Plant;
 
@@ -52,7 +53,8 @@ impl RateRange {
 /// The mean rate in deg/s at the amplitude of `mode` that turns fastest in the direction `along`, 1 or -1.
 fn fastest_deg_s(scene: &Scene, mode: DriveMode, along: f64) -> Result<f64, RunError> {
     let mut fastest = None;
-    for amplitude in RateRange::AMPLITUDES {
+    let most = limits::rate_tuning(scene).amplitude_max;
+    for amplitude in RateRange::AMPLITUDES.map(|amplitude| amplitude.min(most)) {
         let mut driven = Driven::settled(scene, DriveCommand::saturating(mode, amplitude))?;
         let turned_deg = along * driven.turned_deg(RateRange::COMPARED_OVER_S);
         if fastest.as_ref().is_none_or(|(most_deg, _)| turned_deg > *most_deg) {

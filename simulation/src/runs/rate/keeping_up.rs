@@ -1,0 +1,165 @@
+//! Whether a rotor keeps up with its reference, by what a report of the loop carries: simulated, or on a board.
+//!
+//! ```text
+//! behind = reference - estimated angle, in the direction asked for
+//! told:    for a second of one rate the rotor was behind by more than the loop allows one to be ahead, and behind
+//!          grew by more than 1 % of the turn asked for
+//! ```
+//!
+//! The loop then drives as hard as it is of use, so the mean rate of that second is what the motor reaches. A rotor
+//! that catches up for a second, or is near its reference for one, keeps up.
+
+use controller::rate::RateTuning;
+use motor_model::{Angle, Time};
+
+use crate::scene::Scene;
+use crate::world::instruments::assumed;
+
+/// Length of a window in s.
+const WINDOW_S: f64 = 1.0;
+/// Part of the turn asked for by which a rotor falls behind in a window that does not keep up: above the ripple of the
+/// angle, and below what anybody would call held. An assumption.
+const FALLS_BEHIND: f64 = 0.01;
+
+/// A window under way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Window {
+    at: Time,
+    wanted_rad_s: f32,
+    angle: Angle,
+    behind_deg: f64,
+}
+
+/// What has been seen of a rotor that follows a reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeepingUp {
+    /// How far behind a rotor may be, in degrees.
+    allowed_deg: f64,
+    window: Option<Window>,
+    /// Since when it is near its reference.
+    near_since: Option<Time>,
+    /// The fastest mean rate of the windows in a row that it did not keep up in, in deg/s, clockwise positive.
+    fastest_deg_s: Option<f64>,
+}
+
+impl KeepingUp {
+    /// Nothing yet of a rotor of `scene`.
+    pub fn new(scene: &Scene) -> Self {
+        let allowed_deg = f64::from(RateTuning::new(&assumed(scene)).ahead_rad).to_degrees();
+        Self { allowed_deg, window: None, near_since: None, fastest_deg_s: None }
+    }
+
+    /// Takes a report at `at` of a rotor at `angle` that should turn at `wanted_rad_s` and be at `reference`, where
+    /// there is one.
+    pub fn take(&mut self, at: Time, wanted_rad_s: f32, reference: Option<Angle>, angle: Angle) {
+        let Some(reference) = reference.filter(|_| wanted_rad_s.abs() > 0.0) else {
+            (self.window, self.near_since) = (None, None);
+            return;
+        };
+        let along = f64::from(wanted_rad_s.signum());
+        let behind_deg = along * reference.minus(angle).degrees();
+        if behind_deg <= self.allowed_deg {
+            self.window = None;
+            let near_s: f64 = at.seconds_since(*self.near_since.get_or_insert(at));
+            self.fastest_deg_s = self.fastest_deg_s.filter(|_| near_s < WINDOW_S);
+            return;
+        }
+        self.near_since = None;
+        let begun = Window { at, wanted_rad_s, angle, behind_deg };
+        let Some(window) = self.window else {
+            self.window = Some(begun);
+            return;
+        };
+        if window.wanted_rad_s.to_bits() != wanted_rad_s.to_bits() {
+            (self.window, self.fastest_deg_s) = (Some(begun), None);
+            return;
+        }
+        let time_s: f64 = at.seconds_since(window.at);
+        if time_s < WINDOW_S {
+            return;
+        }
+        let rate_deg_s = angle.minus(window.angle).degrees() / time_s;
+        let allowed_deg = FALLS_BEHIND * f64::from(wanted_rad_s.abs()).to_degrees() * time_s;
+        let falls_behind = behind_deg - window.behind_deg > allowed_deg;
+        let before = self.fastest_deg_s.filter(|before| along * before > along * rate_deg_s);
+        self.fastest_deg_s = falls_behind.then_some(before.unwrap_or(rate_deg_s));
+        self.window = Some(begun);
+    }
+
+    /// What the motor reaches, in deg/s, clockwise positive; `None` while it keeps up.
+    pub fn fastest_deg_s(&self) -> Option<f64> {
+        self.fastest_deg_s
+    }
+}
+
+/// What is said of a rotor that does not keep up.
+pub const CANNOT_KEEP_UP: &str = "the motor cannot keep up";
+
+/// The same with what it reaches.
+pub fn cannot_keep_up(fastest_deg_s: f64) -> String {
+    format!("{CANNOT_KEEP_UP}: it turns {fastest_deg_s:+.1} deg/s at its fastest")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// After `ms` milliseconds of a rotor that begins `from_deg` behind and turns at `turns_deg_s`, of a reference of
+    /// `wanted` in deg/s.
+    fn seen(wanted: f32, turns_deg_s: f64, from_deg: f64, ms: u32) -> Option<f64> {
+        let mut keeping_up = KeepingUp::new(&Scene::default());
+        let (wanted_deg_s, wanted_rad_s) = (f64::from(wanted), wanted.to_radians());
+        for ms in 0..=ms {
+            let time_s = 1e-3 * f64::from(ms);
+            let angle = Angle::from_degrees(turns_deg_s * time_s - from_deg * wanted_deg_s.signum());
+            let reference = Angle::from_degrees(wanted_deg_s * time_s);
+            keeping_up.take(
+                Time::from_nanos(u64::from(ms) * 1_000_000),
+                wanted_rad_s,
+                Some(reference),
+                angle,
+            );
+        }
+        keeping_up.fastest_deg_s()
+    }
+
+    /// 2 % too slow is told, with the rate, either way; half a per cent is not, nor is one that catches up, or is
+    /// nearer than 3 degrees, or is seen for less than a second.
+    #[test]
+    fn exact_a_rotor_that_falls_behind_is_told_with_its_rate() {
+        for sign in [1.0, -1.0] {
+            let fastest = seen(sign * 250.0, f64::from(sign) * 245.0, 5.0, 3500).unwrap();
+            assert!((fastest - f64::from(sign) * 245.0).abs() < 1e-3, "{fastest}");
+            for (turns, from, ms) in
+                [(248.8, 5.0, 9500), (260.0, 90.0, 3500), (249.0, 0.0, 2500), (200.0, 5.0, 900)]
+            {
+                assert_eq!(seen(sign * 250.0, f64::from(sign) * turns, from, ms), None, "{turns}");
+            }
+        }
+    }
+
+    /// What was told stays told where the reference is lost, until the rotor is near it for a second.
+    #[test]
+    fn exact_a_rotor_that_is_near_again_keeps_up() {
+        let mut keeping_up = KeepingUp::new(&Scene::default());
+        for ms in 0..4000_u32 {
+            let at = Time::from_nanos(u64::from(ms) * 1_000_000);
+            let reference = (ms != 1500).then(|| Angle::from_degrees(5.0 + 0.1 * f64::from(ms.min(1500))));
+            let angle = Angle::from_degrees(if ms < 1500 { 0.0 } else { 155.0 });
+            keeping_up.take(at, 1.745, reference, angle);
+            assert_eq!(keeping_up.fastest_deg_s(), (1000..2501).contains(&ms).then_some(0.0), "{ms}");
+        }
+    }
+
+    /// Where the reference is lost each second nothing is told.
+    #[test]
+    fn exact_a_lost_reference_says_nothing() {
+        let mut keeping_up = KeepingUp::new(&Scene::default());
+        for ms in 0..3000_u32 {
+            let at = Time::from_nanos(u64::from(ms) * 1_000_000);
+            let reference = (ms % 900 != 0).then(|| Angle::from_degrees(10.0 + 0.1 * f64::from(ms)));
+            keeping_up.take(at, 1.745, reference, Angle::ZERO);
+            assert_eq!(keeping_up.fastest_deg_s(), None, "{ms}");
+        }
+    }
+}
