@@ -277,8 +277,8 @@ fn law_one_window_without_a_turn_ends_nothing() {
     assert!(stopped.is_none(), "{stopped:?}");
 }
 
-/// A rotor that follows and turns back by 17 degrees within 30 ms, once a second, is driven on: no whole window after it
-/// is the wrong way.
+/// A rotor that follows and turns back by 17 degrees within 30 ms, once a second, is driven on: no whole window after
+/// it is the wrong way.
 #[test]
 fn law_a_rotor_that_follows_may_turn_back_now_and_then() {
     let back = |time_s: f64| if (0.5..0.53).contains(&time_s.fract()) { -10.0 } else { 1.0 };
