@@ -10,15 +10,20 @@ use super::port_args::PortArgs;
 use super::publication::{Findings, PublicationArgs};
 use super::report::Request;
 use super::run::LiveView;
+use super::shard::{ShardArgs, scene_digest};
 use super::{MapArgs, SceneArgs, progress};
 use crate::board::serial::{BoardTask, FrameSource, Keeping, SerialRun, TaskFigures};
 use crate::cli::CommandError;
-use crate::studies::commissioning::{self, CommissioningTrials};
+use crate::studies::commissioning::{self, CommissioningTrial, CommissioningTrials, CommissioningTrialsPlan};
+use crate::studies::shard::{self, SceneDigest};
 use simulation::runs::commission::{self, CommissionedMotor};
-use simulation::scene::{Scene, response_map_text};
+use simulation::scene::{Scene, SceneError, response_map_text};
 
 /// Name of the map's file in the folder of `--out`.
 const MAP_FILE: &str = "map.toml";
+
+/// What `--merge` takes of a part of trials: the figures of the whole need every move.
+const PART_FILE: &str = "trials.postcard";
 
 /// Longest motor time, in tenths of a second.
 const TENTHS_MAX: u64 = 600;
@@ -32,6 +37,8 @@ pub(super) struct CommissionArgs {
     #[arg(long, value_name = "N", default_value = "1", requires = "trials")]
     #[arg(value_parser = Count(1..=1_000_000), allow_negative_numbers = true)]
     moves: u64,
+    #[command(flatten)]
+    parts: ShardArgs,
     /// Folder for map.toml, which `position --map` takes, and commissioning.svg; of trials for
     /// commissioning-trials.svg and trials.csv
     #[arg(long, value_name = "DIR", default_value = "out/commission")]
@@ -65,20 +72,13 @@ pub(super) struct CommissionArgs {
 
 impl CommissionArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
+        self.check_parts()?;
         let scene = self.map.provide(self.scene.load("commission", &[])?)?;
+        if self.trials.is_some() || self.parts.is_merge() {
+            return self.many_motors(&scene);
+        }
         let request = Request::of_scene("commission", &scene);
         let publication = self.publication.open(&self.out)?;
-        if let Some(count) = self.trials {
-            let bar = progress::bar(count);
-            let trials = CommissioningTrials::run(&scene, count, self.moves, &|| bar.inc(1))?;
-            bar.finish_and_clear();
-            let findings = Findings {
-                files: vec![("trials.csv".to_owned(), trials.csv()?)],
-                json: trials.json(),
-                report: trials.report(),
-            };
-            return Ok(publication.publish(findings, &request)?);
-        }
         let port = self.port.as_ref().map(|port| PortArgs::new(port, self.baud));
         let motor = port.as_ref().map_or_else(|| simulated(&scene), |port| self.at_board(port, &scene))?;
         let findings = Findings {
@@ -94,6 +94,50 @@ impl CommissionArgs {
             port.keep(&scene.with_response_map(map))?;
         }
         Ok(())
+    }
+
+    /// Refuses parts of what is not made in parts: one motor.
+    fn check_parts(&self) -> Result<(), SceneError> {
+        let hint = "--trials N commissions many motors, of which --shard takes a part".to_owned();
+        let refused =
+            |conflict: &str| SceneError::Conflict { conflict: conflict.to_owned(), hint: hint.clone() };
+        if self.parts.is_part() && self.trials.is_none() {
+            return Err(refused("--shard without --trials: one motor is not commissioned in parts"));
+        }
+        if self.parts.is_merge() && self.port.is_some() {
+            return Err(refused("--merge with --port: the motor at a board is not commissioned in parts"));
+        }
+        Ok(())
+    }
+
+    /// The trials of many motors: those of this part, or of all parts together.
+    fn many_motors(&self, scene: &Scene) -> Result<(), CommandError> {
+        let digest = scene_digest("commission", [scene], &self.map)?;
+        let number = |trial: &CommissioningTrial| trial.number;
+        let merged = self.parts.merged_by(shard::unpacked, &digest, number)?;
+        let merged = merged.map(CommissioningTrials::merged).transpose()?;
+        let publication = self.publication.open(&self.out)?;
+        let trials = match merged {
+            Some(trials) => trials,
+            None => self.run_trials(scene, &digest)?,
+        };
+        let findings = Findings {
+            files: vec![("trials.csv".to_owned(), trials.csv()?)],
+            json: trials.json(),
+            report: trials.report(),
+        };
+        Ok(publication.publish(findings, &Request::of_scene("commission", scene))?)
+    }
+
+    /// Makes the trials of this part, and writes what `--merge` takes of it.
+    fn run_trials(&self, scene: &Scene, digest: &SceneDigest) -> Result<CommissioningTrials, CommandError> {
+        let (motors, part) = (self.trials.unwrap_or(1), self.parts.shard);
+        let plan = CommissioningTrialsPlan { motors, moves: self.moves, part };
+        let bar = progress::bar(plan.work());
+        let trials = CommissioningTrials::run(scene, plan, &|| bar.inc(1))?;
+        bar.finish_and_clear();
+        self.parts.write_packed(&self.out.join(PART_FILE), digest, &trials.trials)?;
+        Ok(trials)
     }
 
     /// The motor at the board at `port`, whose design, instruments and prior map are those of `scene`.

@@ -1,6 +1,5 @@
 //! `estimate` and `filters`: the filters against the truth, and what they cost.
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -16,7 +15,6 @@ use super::{MapArgs, SceneArgs, progress};
 use crate::board::qemu::Board;
 use crate::cli::CommandError;
 use crate::report::OutputError;
-use crate::report::files;
 use crate::studies::beside::BesideScene;
 use crate::studies::filter_costs;
 use crate::studies::filter_errors::{ComparedMotor, FilterErrors, FilterErrorsPlan};
@@ -79,11 +77,7 @@ impl EstimateArgs {
         let beside: Result<Vec<_>, RunError> =
             beside.into_iter().map(|other| other.and_then(|plan| plan.run(&progress))).collect();
         bar.finish_and_clear();
-        if self.parts.is_part() {
-            let mut file = files::Output::create(&self.out.join(PART_FILE))?;
-            file.write_all(&shard::packed(&digest, &motors)?).map_err(|source| file.unwritable(source))?;
-            file.publish()?;
-        }
+        self.parts.write_packed(&self.out.join(PART_FILE), &digest, &motors)?;
         Ok(publication.publish(findings(&FilterErrors::of(&motors).with_beside(beside?))?, &request)?)
     }
 }

@@ -33,6 +33,8 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
                 "A motor that tilts, and is fastest at half drive",
                 "commission --scene set_f_plant --out tilting",
             ),
+            ("The first of two parts of ten motors", "commission --trials 10 --shard 1/2 --out part1"),
+            ("The parts together", "commission --merge part1/trials.postcard part2/trials.postcard"),
         ],
     ),
     (

@@ -21,7 +21,7 @@ use crate::report::OutputError;
 use crate::report::files::{self, Output, OutputFolder};
 use crate::report::page::{self, PlacedValue};
 use crate::studies::beside::{BesideScene, FIRST};
-use crate::studies::commissioning::{self, CommissioningTrials};
+use crate::studies::commissioning::{self, CommissioningTrials, CommissioningTrialsPlan};
 use crate::studies::error_budget::{BudgetRotor, ErrorBudget};
 use crate::studies::fault_campaign::{FaultCampaign, FaultCampaignPlan};
 use crate::studies::identification::{self, Calibration, CalibrationPlan};
@@ -230,13 +230,14 @@ fn positioning_values(effort: &Effort, scene: &Scene) -> Result<Vec<PlacedValue>
 fn commissioned_value(effort: &Effort, scene: &Scene) -> Result<PlacedValue, CommandError> {
     let [height_only, tilting] = effort.commissioned_motors;
     let first = BesideScene { name: tilting::HEIGHT_ONLY.to_owned(), scene: scene.clone() };
-    let mut found =
-        BesideScene::run_each(&[first], |scene| CommissioningTrials::run(scene, height_only, 1, &|| ()))?;
+    let of = |scene: &Scene, motors| {
+        let plan = CommissioningTrialsPlan { motors, moves: 1, part: Shard::ALL };
+        CommissioningTrials::run(scene, plan, &|| ())
+    };
+    let mut found = BesideScene::run_each(&[first], |scene| of(scene, height_only))?;
     if tilting > 0 {
         let scenes = tilting::of_many_motors(scene, COMMISSIONED_TILTING)?;
-        found.extend(BesideScene::run_each(&scenes, |scene| {
-            CommissioningTrials::run(scene, tilting, 1, &|| ())
-        })?);
+        found.extend(BesideScene::run_each(&scenes, |scene| of(scene, tilting))?);
     }
     Ok(commissioning::page_value(&found))
 }

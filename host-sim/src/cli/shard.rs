@@ -1,16 +1,19 @@
 //! `--shard` and `--merge`: a study in parts.
 
 use std::ffi::OsStr;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::builder::TypedValueParser;
 use clap::error::ErrorKind;
 use clap::{Arg, Args, Command, Error};
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::MapArgs;
 use super::readers::Reader;
 use crate::report::OutputError;
+use crate::report::files::Output;
 use crate::scene_files::read_response_map;
 use crate::studies::shard::{self, Part, SceneDigest, Shard};
 use simulation::scene::{Scene, SceneError, registry};
@@ -53,7 +56,7 @@ impl ShardArgs {
     /// # Errors
     /// When it is given beside one of them.
     pub(super) fn refuse(&self, flag: &str, is_given: bool) -> Result<(), SceneError> {
-        if !is_given || (!self.is_part() && self.merge.is_empty()) {
+        if !is_given || !(self.is_part() || self.is_merge()) {
             return Ok(());
         }
         Err(SceneError::Conflict {
@@ -85,7 +88,7 @@ impl ShardArgs {
         digest: &SceneDigest,
         number: impl Fn(&T) -> u64,
     ) -> Result<Option<Vec<T>>, OutputError> {
-        if self.merge.is_empty() {
+        if !self.is_merge() {
             return Ok(None);
         }
         let parts: Result<Vec<Part<T>>, OutputError> = self.merge.iter().map(|path| read(path)).collect();
@@ -94,9 +97,33 @@ impl ShardArgs {
         shard::merged(parts, number).map(Some)
     }
 
+    /// Writes the rows of a part that a table cannot hold to the file `path`, which `--merge` takes; nothing if this is
+    /// the whole.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub(super) fn write_packed<T: Serialize>(
+        &self,
+        path: &Path,
+        digest: &SceneDigest,
+        rows: &[T],
+    ) -> Result<(), OutputError> {
+        if !self.is_part() {
+            return Ok(());
+        }
+        let mut file = Output::create(path)?;
+        file.write_all(&shard::packed(digest, rows)?).map_err(|source| file.unwritable(source))?;
+        file.publish()
+    }
+
     /// Whether this is one part of several.
     pub(super) fn is_part(&self) -> bool {
         self.shard != Shard::ALL
+    }
+
+    /// Whether parts are to be put together.
+    pub(super) fn is_merge(&self) -> bool {
+        !self.merge.is_empty()
     }
 }
 

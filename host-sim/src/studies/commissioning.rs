@@ -19,7 +19,7 @@ mod trials;
 pub(crate) use report::report;
 pub(crate) use tables::json;
 pub(crate) use trial_tables::page_value;
-pub use trials::{CommissioningTrial, CommissioningTrials};
+pub use trials::{CommissioningTrial, CommissioningTrials, CommissioningTrialsPlan};
 
 use controller::commissioning::CommissioningEnd;
 use controller::commissioning::findings::{Finding, FindingKind};

@@ -14,7 +14,7 @@ struct Study {
     results: &'static [&'static str],
 }
 
-const STUDIES: [Study; 3] = [
+const STUDIES: [Study; 4] = [
     Study {
         words: &["positioning-trials", "--motors", "4"],
         scene: &["--seed", "5", "--set", "plant.step_s=1e-5"],
@@ -39,6 +39,12 @@ const STUDIES: [Study; 3] = [
         ],
         part: "runs.csv",
         results: &["runs.csv", "calibrate.svg"],
+    },
+    Study {
+        words: &["commission", "--trials", "2", "--moves", "2"],
+        scene: &["--seed", "5", "--set", "plant.step_s=1e-5"],
+        part: "trials.postcard",
+        results: &["trials.csv", "commissioning-trials.svg"],
     },
 ];
 
@@ -99,6 +105,9 @@ fn tool_parts_without_a_run_and_flags_that_have_none_are_refused() {
             &["--beside is not made in parts", "hint"],
         ),
         (&["positioning-trials", "--shard", "1/2", "--compare", "1"], &["--compare is not made in parts"]),
+        (&["commission", "--shard", "1/2"], &["--shard without --trials", "hint: --trials"]),
+        (&["commission", "--trials", "2", "--shard", "3/3"], &["part 3/3 of 2 motors has none"]),
+        (&["commission", "--merge", "trials.postcard", "--port", "nowhere"], &["--merge with --port"]),
         (&["estimate", "--merge", "nowhere.postcard"], &["cannot read nowhere.postcard"]),
     ] {
         refuses(folder.path(), arguments, words);

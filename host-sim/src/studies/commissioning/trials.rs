@@ -5,7 +5,7 @@
 //! `k`, `k + n`, `k + 2 n` and so on, each time from rest at zero and with the map as commissioning has made it. A
 //! motor that is refused makes no move by a map of its own, and counts in the table of what was refused.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::rows;
 use super::{end_word, finding_word};
@@ -15,21 +15,23 @@ use crate::studies::shard::{Shard, run_each};
 use simulation::runs::{RunError, commission};
 use simulation::scene::Scene;
 
-/// What became of a motor.
-#[derive(Clone, Debug)]
+/// What became of a motor, as it is written and read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CommissioningTrial {
     /// Its place among all.
     pub number: u64,
+    /// How many motors there are in all: its targets follow from that.
+    pub motors: u64,
     /// Its seed.
     pub seed: u64,
     /// Motor time of commissioning in s.
     pub time_s: f64,
     /// How commissioning ended.
-    pub end: &'static str,
+    pub end: String,
     /// Why the motor was refused; `None` of one that was not.
     pub refused: Option<String>,
     /// What was found: mode and word.
-    pub findings: Vec<(String, &'static str)>,
+    pub findings: Vec<(String, String)>,
     /// Resonance found less the true one, and the standard deviation stated, in Hz, for modes B and C.
     pub resonances: [Option<(f64, f64)>; 2],
     /// The moves by the map that commissioning began with.
@@ -45,12 +47,23 @@ pub struct CommissioningTrials {
     pub trials: Vec<CommissioningTrial>,
 }
 
+/// How many motors are commissioned and moved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CommissioningTrialsPlan {
+    /// Motors of all parts.
+    pub motors: u64,
+    /// Moves of each motor by either map.
+    pub moves: u64,
+    /// Which of the motors are taken.
+    pub part: Shard,
+}
+
 /// A move in a row of trials.csv.
 #[derive(Debug, Serialize)]
 struct TrialRow {
     seed: u64,
     commissioning_s: f64,
-    end: &'static str,
+    end: String,
     refused: Option<String>,
     findings: String,
     b_off_hz: Option<f64>,
@@ -64,9 +77,18 @@ struct TrialRow {
     own_settle_s: Option<f64>,
 }
 
+impl CommissioningTrialsPlan {
+    /// Motors that this part takes: progress counts them.
+    pub fn work(&self) -> u64 {
+        self.part.numbers(self.motors).len() as u64
+    }
+}
+
 impl CommissioningTrial {
-    /// Motor `number` of `scene`, moved to the targets of the trials `aims`.
-    fn of(scene: &Scene, number: u64, aims: &(impl Iterator<Item = u64> + Clone)) -> Result<Self, RunError> {
+    /// Motor `number` of `scene`.
+    fn of(scene: &Scene, number: u64, plan: &CommissioningTrialsPlan) -> Result<Self, RunError> {
+        let CommissioningTrialsPlan { motors, moves, .. } = *plan;
+        let aims = (0..moves).map(|of| number + of * motors);
         let own = scene.of_run(number)?;
         let motor = commission::run(&own, |_| ())?;
         let moved = |scene: &Scene| -> Result<Vec<PositioningTrial>, RunError> {
@@ -88,13 +110,14 @@ impl CommissioningTrial {
         let findings = motor.commissioned.findings;
         Ok(Self {
             number,
+            motors,
             seed: own.seed(),
             time_s: motor.commissioned.time_s.into(),
-            end: end_word(motor.commissioned.end),
+            end: end_word(motor.commissioned.end).to_owned(),
             refused,
             findings: findings
                 .iter()
-                .map(|finding| (format!("{:?}", finding.mode), finding_word(finding.kind)))
+                .map(|finding| (format!("{:?}", finding.mode), finding_word(finding.kind).to_owned()))
                 .collect(),
             resonances: [resonances.next().flatten(), resonances.next().flatten()],
             by_prior,
@@ -112,7 +135,7 @@ impl CommissioningTrial {
             TrialRow {
                 seed: self.seed,
                 commissioning_s: self.time_s,
-                end: self.end,
+                end: self.end.clone(),
                 refused: self.refused.clone(),
                 findings: findings.clone(),
                 b_off_hz: b.map(|found| found.0),
@@ -130,19 +153,43 @@ impl CommissioningTrial {
 }
 
 impl CommissioningTrials {
-    /// Commissions `count` motors of `scene`, the first that of its seed, and lets each make `moves` by either map.
-    /// Calls `progress` after each motor. The result does not depend on the number of threads.
+    /// Commissions the motors of `plan`, the first that of the seed of `scene`, and lets each move by either map. Calls
+    /// `progress` after each motor. The result does not depend on the number of threads.
     ///
     /// # Errors
-    /// When the scene is refused.
+    /// When the scene is refused, or the part has no motor.
     pub fn run(
         scene: &Scene,
-        count: u64,
-        moves: u64,
+        plan: CommissioningTrialsPlan,
         progress: &(impl Fn() + Sync),
     ) -> Result<Self, RunError> {
-        let one = |number| CommissioningTrial::of(scene, number, &(0..moves).map(|of| number + of * count));
-        Ok(Self { trials: run_each(Shard::ALL.numbers(count), one, progress)? })
+        let numbers = plan.part.numbers_of_some(plan.motors, "motors")?;
+        let one = |number| CommissioningTrial::of(scene, number, &plan);
+        Ok(Self { trials: run_each(numbers, one, progress)? })
+    }
+
+    /// Those of all parts, in the order of their numbers.
+    ///
+    /// # Errors
+    /// When the parts differ in how many motors there are or in the moves of each, or motors at the end are missing.
+    pub fn merged(trials: Vec<CommissioningTrial>) -> Result<Self, OutputError> {
+        let plan_of = |trial: &CommissioningTrial| (trial.motors, trial.by_prior.len());
+        if let Some(first) = trials.first() {
+            let (motors, moves) = plan_of(first);
+            if let Some(other) = trials.iter().find(|trial| plan_of(trial) != (motors, moves)) {
+                let of_other = plan_of(other);
+                let why = format!(
+                    "run 0 is of {motors} motors with {moves} moves, run {} of {} with {}",
+                    other.number, of_other.0, of_other.1
+                );
+                return Err(OutputError::NotWhole(why));
+            }
+            let made = trials.len() as u64;
+            if made < motors {
+                return Err(OutputError::NotWhole(format!("run {made} is missing")));
+            }
+        }
+        Ok(Self { trials })
     }
 
     /// The figures of the moves by either map, of motors that made both; the first by the map that commissioning began
@@ -169,5 +216,41 @@ impl CommissioningTrials {
     pub(crate) fn csv(&self) -> Result<String, OutputError> {
         let rows: Vec<TrialRow> = self.trials.iter().flat_map(CommissioningTrial::rows).collect();
         files::csv(None, rows.into_iter())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trial(number: u64, motors: u64) -> CommissioningTrial {
+        CommissioningTrial {
+            number,
+            motors,
+            seed: number,
+            time_s: 20.0,
+            end: String::new(),
+            refused: None,
+            findings: Vec::new(),
+            resonances: [None; 2],
+            by_prior: Vec::new(),
+            by_own: Vec::new(),
+        }
+    }
+
+    /// Parts without the last motors are no whole, nor are parts of plans with other motors: their targets are others.
+    #[test]
+    fn exact_parts_of_other_plans_and_without_the_last_motors_are_refused() {
+        let merged = |of: &[(u64, u64)]| {
+            let trials = of.iter().map(|(number, motors)| trial(*number, *motors)).collect();
+            CommissioningTrials::merged(trials)
+                .map(|whole| whole.trials.len())
+                .map_err(|error| error.to_string())
+        };
+        assert_eq!(merged(&[(0, 3), (1, 3), (2, 3)]), Ok(3));
+        let refused = |why: &str| Err(format!("the parts are not one whole: {why}"));
+        assert_eq!(merged(&[(0, 3), (1, 3)]), refused("run 2 is missing"));
+        let other = "run 0 is of 3 motors with 0 moves, run 1 of 2 with 0";
+        assert_eq!(merged(&[(0, 3), (1, 2), (2, 3)]), refused(other));
     }
 }
