@@ -13,7 +13,9 @@ use super::{MapArgs, SceneArgs, progress};
 use crate::cli::CommandError;
 use crate::report::OutputError;
 use crate::studies::beside::BesideScene;
-use crate::studies::gyroscope_calibration::{CalibrationOutcome, CalibrationPlan, Calibrations};
+use crate::studies::gyroscope_calibration::{
+    CalibrationOutcome, CalibrationPlan, Calibrations, TurnPlan, with_pilot,
+};
 use crate::studies::shard::SceneDigest;
 use simulation::runs::RunError;
 
@@ -27,7 +29,7 @@ pub(super) struct CalibrateArgs {
     #[arg(long, value_name = "N", default_value = "10")]
     #[arg(value_parser = Count(1..=100_000), allow_negative_numbers = true)]
     motors: u64,
-    /// Motor time of the plan in s
+    /// Motor time of the plan in s, the longest where `calibrate.within_ppm` is set
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     duration: Option<String>,
     /// Folder for calibrate.svg and runs.csv
@@ -50,8 +52,10 @@ impl CalibrateArgs {
         let settings = [("calibrate.duration_s", &self.duration)];
         let scene = self.map.provide(self.scene.load("calibrate", &settings)?)?;
         self.parts.refuse("--beside", self.beside.is_given())?;
-        let digest = scene_digest("calibrate", [&scene], &self.map)?;
-        let request = Request::of_scene("calibrate", &scene).with_key_flags(&["--duration"]);
+        // The scenes beside have pilots of their own.
+        let asked = with_pilot(&scene)?;
+        let digest = scene_digest("calibrate", [&asked], &self.map)?;
+        let request = Request::of_scene("calibrate", &asked).with_key_flags(&["--duration"]);
         if let Some(outcomes) = self.parts.merged(&digest, |outcome: &CalibrationOutcome| outcome.number)? {
             let publication = self.publication.open(&self.out)?;
             let whole = CalibrationPlan::merged(&scene, outcomes)?;
@@ -66,7 +70,8 @@ impl CalibrateArgs {
         let motors = motors.map(CalibrationPlan::motors_of_part).sum();
         let bar = progress::bar(motors);
         let progress = || bar.inc(1);
-        let mut calibrations = plan.run(&progress)?;
+        let told = |plan: &TurnPlan| bar.suspend(|| progress::note(&format!("note: {}", plan.forecast())));
+        let mut calibrations = plan.run_told(&progress, &told)?;
         let beside: Result<Vec<_>, RunError> =
             beside.into_iter().map(|other| other.and_then(|plan| plan.run(&progress))).collect();
         calibrations.beside = beside?;

@@ -170,8 +170,8 @@ impl From<Vec<PlacedValue>> for Content {
 /// Motors that the gyroscopes are spread over: they do not act back on the rotor.
 const GYROSCOPE_MOTORS: u64 = 10;
 
-/// How gyroscopes are calibrated on rotors that tilt: for as long as on a level one, a pilot included.
-const TILTING_PILOT: (&str, &str) = ("calibrate.pilot_s", "10");
+/// Scenes of a rotor that tilts on which gyroscopes are calibrated for as long as is needed.
+const NEEDED_TILTING: usize = 4;
 
 fn filter_values(effort: &Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
     let errors = filter_errors::FilterErrorsPlan::new(scene, effort.error_motors)?.run(&|_| ())?;
@@ -247,16 +247,20 @@ fn calibration_values(effort: &Effort, scene: &Scene) -> Result<Vec<PlacedValue>
         gyroscope_calibration::CalibrationPlan::new(scene, runs, motors)?.run(&|| ())
     };
     let mut calibrations = of(scene, effort.calibrations, GYROSCOPE_MOTORS)?;
-    let mut tilting_scene = scene.clone();
-    if effort.time_s.is_none() {
-        let (key, value) = TILTING_PILOT;
-        tilting_scene.set(key, value)?;
-    }
-    let tilting = tilting::of_many_motors(&tilting_scene, effort.tilting_scenes)?;
+    let tilting = tilting::of_many_motors(scene, effort.tilting_scenes)?;
     calibrations.beside = BesideScene::run_each(&tilting, |scene| {
         of(scene, effort.tilting_calibrations, effort.tilting_gyroscope_motors)
     })?;
-    Ok(calibrations.page_values(tilting::HEIGHT_ONLY))
+    let mut values = calibrations.page_values(tilting::HEIGHT_ONLY);
+    let Effort { needed_longest_s, needed_calibrations: [runs, motors], .. } = *effort;
+    let mut needed = scene.clone();
+    needed.set("calibrate.duration_s", &needed_longest_s.to_string())?;
+    needed.set("calibrate.within_ppm", "10")?;
+    let needed = tilting::of_many_motors(&needed, effort.tilting_scenes.min(NEEDED_TILTING))?;
+    let needed = BesideScene::run_each(&needed, |scene| of(scene, runs, motors))?;
+    values.push(gyroscope_calibration::page_value(&needed, needed_longest_s));
+    values.push(("needed_longest_s", needed_longest_s.to_string()));
+    Ok(values)
 }
 
 fn identification_values(effort: &Effort) -> Result<Vec<PlacedValue>, CommandError> {

@@ -5,13 +5,15 @@
 //! | module | what it is |
 //! |---|---|
 //! | `schedule` | the schedule: rests, and turns to either side at a staircase of rates |
-//! | `plan` | a pilot, and the schedule that it leads to |
+//! | `pilot` | whether there is a pilot, and what is said of it |
+//! | `plan` | the schedule that a pilot leads to |
 //! | `turning` | the run of the motor under the rate controller; the reference is the angle of its estimator |
 //! | [`simulation::world::instruments::gyroscope`] | samples of the rotor's true turn about its own axis |
 //! | [`analysis::gyroscope_fit`] | scale factor, bias and what else is unknown, with their covariance |
 //! | `calibration`, `outcome` | one calibration: its intervals, its fit, what became of it |
 //! | `parts` | what each cause makes of the error, which only the simulation knows |
 //! | `beside_table` | several scenes side by side |
+//! | `needed_table` | calibrations that are as long as is needed |
 //! | `budget` | the budget of the scale factor |
 //! | `summary`, `tables`, `picture`, `report` | the figures over all calibrations, and what is shown of them |
 //!
@@ -29,9 +31,11 @@
 mod beside_table;
 mod budget;
 mod calibration;
+mod needed_table;
 mod outcome;
 mod parts;
 mod picture;
+mod pilot;
 mod plan;
 mod report;
 mod schedule;
@@ -45,7 +49,9 @@ use crate::studies::beside::Beside;
 use crate::studies::shard::{Shard, run_each};
 use calibration::Bench;
 pub use calibration::Calibration;
+pub(crate) use needed_table::page_value;
 pub use outcome::CalibrationOutcome;
+pub use pilot::with_pilot;
 pub use plan::TurnPlan;
 pub use schedule::TurnSchedule;
 use simulation::math::allan_deviation;
@@ -80,7 +86,9 @@ pub struct Calibrations {
     pub first: Calibration,
     /// Allan deviation of the first gyroscope, an hour at rest: span in s, deg/h of the samples, deg/h of the model.
     pub allan_deg_h: Vec<(f64, f64, f64)>,
-    /// The plan that the pilot of the first motor led to, if the scene asks for one.
+    /// Length of the pilots in s; 0 for none.
+    pub pilot_s: f64,
+    /// The plan that the pilot of the first motor led to, if there is one.
     pub turn_plan: Option<TurnPlan>,
     /// All outcomes, that of the first included.
     pub outcomes: Vec<CalibrationOutcome>,
@@ -96,13 +104,15 @@ pub struct Calibrations {
 }
 
 impl CalibrationPlan {
-    /// `runs` calibrations over `motors` motors, at most one motor a calibration.
+    /// `runs` calibrations over `motors` motors, at most one motor a calibration. The scene has a pilot as
+    /// [`with_pilot`] says.
     ///
     /// # Errors
     /// When the schedule of the scene is refused.
     pub fn new(scene: &Scene, runs: u64, motors: u64) -> Result<Self, RunError> {
-        let schedule = TurnSchedule::of(scene)?;
-        Ok(Self { scene: scene.clone(), schedule, motors: motors.min(runs), runs, part: Shard::ALL })
+        let scene = with_pilot(scene)?;
+        let schedule = TurnSchedule::of(&scene)?;
+        Ok(Self { scene, schedule, motors: motors.min(runs), runs, part: Shard::ALL })
     }
 
     /// The same of the calibrations on a part of the motors alone.
@@ -124,16 +134,34 @@ impl CalibrationPlan {
     /// # Errors
     /// When a scene is refused, or a run does not tell scale factor from bias.
     pub fn run(&self, progress: &(impl Fn() + Sync)) -> Result<Calibrations, RunError> {
+        self.run_told(progress, &|_| ())
+    }
+
+    /// The same; `told` has the plan of the first motor once its pilot has turned.
+    ///
+    /// # Errors
+    /// As of [`Self::run`].
+    pub fn run_told(
+        &self,
+        progress: &(impl Fn() + Sync),
+        told: &(impl Fn(&TurnPlan) + Sync),
+    ) -> Result<Calibrations, RunError> {
         let numbers = self.part.numbers(self.motors);
         let first_motor = numbers.first().copied();
         let motor = |number: u64| {
             let mut scene = self.scene.of_run(number)?;
-            let (turning, schedule, turn_plan) = TurnPlan::turn(&scene, &self.schedule)?;
+            let is_first = first_motor == Some(number);
+            let told = |plan: &TurnPlan| {
+                if is_first {
+                    told(plan);
+                }
+            };
+            let (turning, schedule, turn_plan) = TurnPlan::turn(&scene, &self.schedule, &told)?;
             let runs = (number..self.runs).step_by(usize::try_from(self.motors).unwrap_or(usize::MAX));
             let calibrations = runs.map(|run| self.calibrate(&mut scene, run, (&turning, &schedule)));
             let mut calibrations = calibrations.collect::<Result<Vec<_>, RunError>>()?;
             let outcomes: Vec<CalibrationOutcome> = calibrations.iter().map(|c| c.outcome.clone()).collect();
-            let first = (first_motor == Some(number)).then(|| FirstCalibration {
+            let first = is_first.then(|| FirstCalibration {
                 calibration: calibrations.swap_remove(0),
                 schedule,
                 turn_plan,
@@ -159,8 +187,8 @@ impl CalibrationPlan {
     pub fn merged(scene: &Scene, outcomes: Vec<CalibrationOutcome>) -> Result<Calibrations, RunError> {
         let seeds: BTreeSet<u64> = outcomes.iter().map(|outcome| outcome.seed).collect();
         let plan = Self::new(scene, outcomes.len() as u64, seeds.len() as u64)?;
-        let (turning, schedule, turn_plan) = TurnPlan::turn(scene, &plan.schedule)?;
-        let calibration = plan.calibrate(&mut scene.clone(), 0, (&turning, &schedule))?;
+        let (turning, schedule, turn_plan) = TurnPlan::turn(&plan.scene, &plan.schedule, &|_| ())?;
+        let calibration = plan.calibrate(&mut plan.scene.clone(), 0, (&turning, &schedule))?;
         let first = FirstCalibration { calibration, schedule, turn_plan };
         if outcomes.first() != Some(&first.calibration.outcome) {
             return Err(SceneError::Conflict {
@@ -177,6 +205,7 @@ impl CalibrationPlan {
         let FirstCalibration { calibration, schedule, turn_plan } = first;
         Calibrations {
             first: calibration,
+            pilot_s: self.scene.number("calibrate.pilot_s"),
             turn_plan,
             allan_deg_h: at_rest(&self.scene),
             outcomes,

@@ -9,7 +9,7 @@ use serde_json::Value;
 use simulation::Scene;
 use tempfile::TempDir;
 
-use crate::support::built_command::{folder, json, json_on_two, number, output_on, refuses, written};
+use crate::support::built_command::{folder, json, json_on_two, number, output_on, refuses, run, written};
 use crate::support::closeness::assert_between;
 
 /// Six seconds, and a coarser step of the plant, which locates its impacts. The rotor makes less than a turn either
@@ -195,6 +195,27 @@ fn law_errors_on_a_rotor_that_tilts_are_as_large_as_stated() {
     assert_between(number(plan, "needed_s"), 14.0, 1e5, plan);
 }
 
+/// A rotor that tilts has a pilot although nothing asks for one, and a note says what its plan promises before the
+/// rotor turns through it. The plan ends once the interval of the scale factor is as small as is wanted.
+#[test]
+fn tool_a_plan_on_a_rotor_that_tilts_is_as_long_as_is_needed() {
+    let folder = folder();
+    let plan = "calibrate --scene set_f_plant --duration 60 --set calibrate.within_ppm=40 --set plant.step_s=5e-6 \
+                --format json";
+    let output = run(folder.path(), &plan.split(' ').collect::<Vec<_>>());
+    let note = String::from_utf8(output.stderr).expect("text");
+    let object: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let (plan, time_s) = (&object["turn_plan"], number(&object, "motor_time_s"));
+    assert_between(number(plan, "seen_s"), 10.0, 55.0, plan);
+    assert_between(number(plan, "within_95_ppm") / number(plan, "predicted_ppm"), 1.9599, 1.96, plan);
+    assert_between(1.96 * number(&object, "scale_factor_sigma_ppm"), 5.0, 40.0, &object);
+    assert_between(number(plan, "duration_s") - time_s, 0.0, 0.0, plan);
+    assert_between(time_s, 11.0, 59.9, plan);
+    let promised = format!("will be within {:.1} ppm after {time_s:.0} s", number(plan, "within_95_ppm"));
+    let needed = format!("a plan of {:.0} s promises 10 ppm", number(plan, "needed_s"));
+    assert!(note.starts_with("note: ") && note.contains(&promised) && note.contains(&needed), "{note}");
+}
+
 #[test]
 fn tool_the_same_bytes_on_any_number_of_threads() {
     let folder = folder();
@@ -249,6 +270,7 @@ fn tool_what_cannot_be_is_refused_before_the_computing() {
         (&["--runs", "0"][..], "--runs"),
         (&["--motors", "-3"], "--motors"),
         (&["--duration", "2", "--set", "calibrate.rest_s=1"], "calibrate.rest_s"),
+        (&["--set", "calibrate.within_ppm=10"], "calibrate.within_ppm = 10 needs a pilot"),
         (&["--set", "gyroscope.sample_rate_hz=300"], "gyroscope.sample_rate_hz"),
         (&["--set", "gyroscope.random_walk_deg_rh=-1"], "gyroscope.random_walk_deg_rh"),
         (&["--set", "gyroscope.range_deg_s=zero"], "gyroscope.range_deg_s"),

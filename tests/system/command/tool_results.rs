@@ -44,6 +44,11 @@ fn tool_the_page_on_calibration_says_what_the_calibrations_say() {
     assert!(page.contains(&format!("In 6 s the scale factor is found to {rms:.2} ppm rms")), "{rms}: {page}");
     let beside = |name: &str| page.lines().any(|line| line.starts_with(&format!("| {name} ")));
     assert!(beside("height only") && beside("set F"), "{page}");
+    let (_, needed) =
+        page.split_once("| cut short ").expect("the table of plans that are as long as is needed");
+    let row: Vec<&str> = needed.lines().nth(2).expect("a row").split('|').map(str::trim).collect();
+    // 20 s are too short for 10 ppm on set F.
+    assert_eq!(row[1..6], ["set F", "1", "1", "20 to 20", "1"], "{page}");
 }
 
 /// A page without a change passes. A figure that differs is named by its place, and nothing is written.

@@ -25,6 +25,7 @@ const SMALLER: [(&str, &[(&str, &str)]); 9] = [
             ("--duration", "6"),
             ("--set", "calibrate.steps=1"),
             ("--set", "calibrate.pilot_s=0"),
+            ("--set", "calibrate.within_ppm=0"),
             COARSE,
         ],
     ),

@@ -52,6 +52,10 @@ pub(super) struct Effort {
     pub(super) tilting_trials: u64,
     pub(super) tilting_calibrations: u64,
     pub(super) tilting_gyroscope_motors: u64,
+    /// Gyroscopes of each scene that are calibrated for as long as is needed, motors that these are spread over, and
+    /// the longest motor time in s.
+    pub(super) needed_calibrations: [u64; 2],
+    pub(super) needed_longest_s: f64,
     /// Motors in each mode for the filters' errors where they are drawn around a set, with two marks.
     pub(super) drawn_error_motors: u64,
     /// Time of a plan of calibration, and of a rate, in s; as the scene says unless it is given.
@@ -91,6 +95,8 @@ impl Effort {
         tilting_trials: 50,
         tilting_calibrations: 30,
         tilting_gyroscope_motors: 3,
+        needed_calibrations: [120, 6],
+        needed_longest_s: 500.0,
         time_s: None,
         step_accuracy: step_accuracy::StepAccuracyPlan::full,
     };
@@ -123,6 +129,8 @@ impl Effort {
         tilting_trials: 1,
         tilting_calibrations: 1,
         tilting_gyroscope_motors: 1,
+        needed_calibrations: [1, 1],
+        needed_longest_s: 20.0,
         time_s: Some("6"),
         step_accuracy: step_accuracy::StepAccuracyPlan::quick,
     };

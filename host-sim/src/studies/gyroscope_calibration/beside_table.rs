@@ -9,7 +9,8 @@ const ABOUT: &str = "Error of the scale factor, root mean square, beside the sta
     its parts by cause, each root mean square, of coning the mean too. Missed: calibrations whose 95 % interval of the \
     scale factor does not hold the truth; needed: motor time after which, by the pilot of the first motor, 95 % of its \
     scale factors would be within 10 ppm; beyond 5 sigma: whose error exceeds five stated standard deviations, and the \
-    largest error in these. Reference: error of the filter's angle, root mean square; beyond 3 sigma: share of the \
+    largest error in these. Bias, both (their ellipse), non-linearity and misalignment (two intervals a run): missed \
+    likewise. Reference: error of the filter's angle, root mean square; beyond 3 sigma: share of the \
     angles used that are off by more than three standard deviations that the filter states; good, beyond 5 sigma: \
     calibrations with an angle that is called good and is off by more than five, and the largest error of these. Time: \
     seconds of this machine for a second of motor time, filter and controller included, of the motor that takes least.";
@@ -34,6 +35,12 @@ impl Calibrations {
             "worst, sigmas",
             "bias deg/h",
             "stated",
+            "missed: bias",
+            "both",
+            "non-linearity ppm",
+            "stated",
+            "missed",
+            "misalignment, missed",
             "reference mdeg",
             "beyond 3 sigma",
             "good, beyond 5 sigma",
@@ -43,13 +50,17 @@ impl Calibrations {
         for (name, calibrations) in side_by_side(first, self, &self.beside) {
             table.push(cells(name, calibrations));
         }
-        SideBySide { tables: table.cut(1, &["missed", "reference mdeg"]), about: ABOUT.to_owned() }
+        SideBySide {
+            tables: table.cut(1, &["missed", "bias deg/h", "reference mdeg"]),
+            about: ABOUT.to_owned(),
+        }
     }
 }
 
 fn cells(scene: &str, calibrations: &Calibrations) -> Vec<String> {
     let (summary, time_s_per_s) = (calibrations.summary(), calibrations.time_s_per_s);
     let needed_s = calibrations.turn_plan.and_then(|plan| plan.needed_s);
+    let missed = |covered: usize| (summary.runs - covered).to_string();
     let good_beyond_5_sigma = summary.reference_good_beyond_5_sigma;
     let worst_mdeg = || format!("{:.1}", summary.reference_good_beyond_5_sigma_worst_mdeg);
     vec![
@@ -62,13 +73,19 @@ fn cells(scene: &str, calibrations: &Calibrations) -> Vec<String> {
         format!("{:.2}", summary.scale_factor_coning_rms_ppm),
         format!("{:.2}", summary.scale_factor_reference_ppm),
         format!("{:.2}", summary.scale_factor_noise_ppm),
-        (summary.runs - summary.scale_factor_covered).to_string(),
+        missed(summary.scale_factor_covered),
         summary.scale_factor_within_10_ppm.to_string(),
         needed_s.map_or_else(|| "-".to_owned(), |needed_s| format!("{needed_s:.0}")),
         summary.scale_factor_beyond_5_sigma.to_string(),
         format!("{:.1}", summary.scale_factor_worst_sigmas),
         format!("{:.2}", summary.bias_rms_deg_h),
         format!("{:.2}", summary.bias_stated_deg_h),
+        missed(summary.bias_covered),
+        missed(summary.pair_covered),
+        format!("{:.1}", summary.nonlinearity_rms_ppm),
+        format!("{:.1}", summary.nonlinearity_stated_ppm),
+        missed(summary.nonlinearity_covered),
+        (2 * summary.runs - summary.misalignment_covered).to_string(),
         format!("{:.1}", summary.reference_rms_mdeg),
         format!("{:.2} %", 100.0 * summary.reference_beyond_3_sigma),
         good_beyond_5_sigma.to_string(),

@@ -9,7 +9,7 @@ use simulation::math::statistics::NORMAL_95;
 const PAIR_95: f64 = 5.991_465;
 
 /// What became of a calibration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationOutcome {
     /// Seed of the run: the motor.
     pub seed: u64,

@@ -17,6 +17,11 @@
 //! in all plans. The turns come in some rounds, so that what drifts slowly is not taken for a part of the rate. The
 //! data of the pilot are fitted with the others.
 //!
+//! A pilot has some eight intervals of a drive: it knows W to half of itself, and misses a weak W that the reference
+//! hides. Where the plan shall be as long as an error takes, it is not trusted with the whole: the motor is judged
+//! again at the latest when it has turned for twice the time, by all that it has turned, and the plan ends once the fit
+//! states what is wanted.
+//!
 //! The gyroscope of the pilot is the first on its motor; all others on the same motor make the same turns.
 
 use motor_model::math;
@@ -57,15 +62,21 @@ pub struct PilotDrive {
     pub turned_s: f64,
 }
 
-/// What was planned, and what it promises.
+/// What was planned last, and what it promises.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TurnPlan {
-    /// Rate clockwise in deg/s, and the share of the time after the pilot for it.
+    /// Motor time in s from which it was planned: that of the pilot, or until a later look.
+    pub seen_s: f64,
+    /// Motor time in s at the end of the plan.
+    pub duration_s: f64,
+    /// Rate clockwise in deg/s, and the share of the time until the end for it.
     pub clockwise: (f64, f64),
     /// Rate the other way, negative, and its share.
     pub counter_clockwise: (f64, f64),
     /// Standard deviation of the scale factor that was predicted, in ppm.
     pub predicted_ppm: f64,
+    /// The error that 95 % of scale factors were predicted to be within, in ppm.
+    pub within_95_ppm: f64,
     /// Motor time in s after which 95 % of scale factors would be within 10 ppm; `None` where no time is enough.
     pub needed_s: Option<f64>,
 }
@@ -122,10 +133,11 @@ impl Shares {
     }
 }
 
-/// Motor time in s that the best plan needs for [`WANTED_PPM`], found by halving between powers of two.
-fn needed_s(drives: &[PilotDrive]) -> Option<f64> {
+/// Motor time in s after which the best plan promises 95 % of scale factors within `within_ppm`, found by halving
+/// between powers of two.
+fn needed_s(drives: &[PilotDrive], within_ppm: f64) -> Option<f64> {
     let pilot_s: f64 = drives.iter().map(|drive| drive.turned_s).sum();
-    let wanted = 1e-6 * WANTED_PPM / NORMAL_95;
+    let wanted = 1e-6 * within_ppm / NORMAL_95;
     let enough = |time_s: f64| best(drives, time_s).1 <= wanted;
     let mut high_s = pilot_s.max(1.0);
     while !enough(high_s) {
@@ -169,14 +181,19 @@ fn shown(
 
 impl TurnPlan {
     /// Leads the motor of `scene` through a pilot, plans the rest of the time of `asked`, and leads it through that.
-    /// The schedule is that of the whole run. Without a plan the scene asks for no pilot, and the schedule is that of
-    /// the scene's keys; or the pilot tells nothing, and nearly half of the time goes to either side.
+    /// With `calibrate.within_ppm` all that was turned is judged again at some looks, which plan anew, until the fit
+    /// states an interval that is small enough, or the time of `asked` is over.
+    ///
+    /// `told` has each plan before the motor turns through it. The schedule is that of the whole run. Without a plan
+    /// the scene asks for no pilot, and the schedule is that of the scene's keys; or the pilot tells nothing, and
+    /// nearly half of the time goes to either side.
     ///
     /// # Errors
     /// When the scene is refused.
     pub fn turn(
         scene: &Scene,
         asked: &TurnSchedule,
+        told: &impl Fn(&Self),
     ) -> Result<(TurningRun, TurnSchedule, Option<Self>), RunError> {
         let pilot = asked.pilot(scene)?;
         if pilot.segments.is_empty() {
@@ -186,43 +203,76 @@ impl TurnPlan {
         for segment in &pilot.segments {
             motor.turn(segment);
         }
-        let drives = Self::judged(scene, &pilot, &motor.turning);
-        let plan = drives.map(|drives| Self::of(&drives, asked.duration_s - pilot.duration_s));
-        let turns = plan.as_ref().map_or(asked.fastest_deg_s.map(|rate_deg_s| (rate_deg_s, 0.45)), |plan| {
-            [plan.clockwise, plan.counter_clockwise]
-        });
-        let (mut schedule, piloted) = (pilot.clone(), pilot.segments.len());
-        schedule.fill(CYCLES, asked.duration_s, turns);
-        for segment in &schedule.segments[piloted..] {
-            motor.turn(segment);
+        let (mut schedule, mut plan) = (pilot, None);
+        while schedule.duration_s < asked.duration_s {
+            let seen = Seen::of(scene, &schedule, &motor.turning);
+            if seen.as_ref().is_some_and(|seen| seen.is_enough(asked)) {
+                break;
+            }
+            plan = seen.map(|seen| Self::of(&seen.drives, schedule.duration_s, asked));
+            plan.iter().for_each(told);
+            let (until_s, turns) = plan.map_or_else(
+                || {
+                    (
+                        asked.next_look_s(schedule.duration_s, None),
+                        asked.fastest_deg_s.map(|rate| (rate, 0.45)),
+                    )
+                },
+                |plan: Self| (plan.duration_s, [plan.clockwise, plan.counter_clockwise]),
+            );
+            let turned = schedule.segments.len();
+            schedule.fill(CYCLES, until_s, turns);
+            for segment in &schedule.segments[turned..] {
+                motor.turn(segment);
+            }
         }
         Ok((motor.turning, schedule, plan))
     }
 
-    /// The best plan for the time that is left.
-    fn of(drives: &[PilotDrive], left_s: f64) -> Self {
-        let (shares, sigma) = best(drives, left_s);
+    /// The best plan after `seen_s`, until the next look.
+    fn of(drives: &[PilotDrive], seen_s: f64, asked: &TurnSchedule) -> Self {
+        let enough_s = asked.within_ppm.and_then(|within_ppm| needed_s(drives, within_ppm));
+        let duration_s = asked.next_look_s(seen_s, enough_s);
+        let (shares, sigma) = best(drives, duration_s - seen_s);
         let of = |side: usize| (drives[shares.drives[side]].asked_deg_s, shares.shares[side]);
         Self {
+            seen_s,
+            duration_s,
             clockwise: of(0),
             counter_clockwise: of(1),
             predicted_ppm: 1e6 * sigma,
-            needed_s: needed_s(drives),
+            within_95_ppm: 1e6 * sigma * NORMAL_95,
+            needed_s: needed_s(drives, WANTED_PPM),
         }
     }
+}
 
-    /// What the pilot tells of its drives; `None` where it does not tell scale factor from bias.
-    fn judged(scene: &Scene, pilot: &TurnSchedule, turning: &TurningRun) -> Option<Vec<PilotDrive>> {
+/// What a motor has shown until now, by a fit to all that it has turned.
+struct Seen {
+    drives: Vec<PilotDrive>,
+    /// Standard deviation of the scale factor, as the fit states it.
+    sigma_ppm: f64,
+}
+
+impl Seen {
+    /// Of a motor that has turned through `schedule`; `None` where that does not tell scale factor from bias.
+    fn of(scene: &Scene, schedule: &TurnSchedule, turning: &TurningRun) -> Option<Self> {
         let mut gyroscope = Gyroscope::new(scene);
-        let bench = Bench::new(scene, pilot, turning);
+        let bench = Bench::new(scene, schedule, turning);
         let samples: Vec<_> = turning.turns().map(|turn| gyroscope.sample(&turn)).collect();
         let intervals = intervals(&gyroscope, &samples, &bench).into_iter();
         let intervals: Vec<FitInterval> =
             intervals.filter(|(_, saturated)| !saturated).map(|(interval, _)| interval).collect();
         let fit = CalibrationFit::to(&intervals, &gyroscope.noise(), &bench.unknowns)?;
-        let drives = shown(pilot, &bench, &gyroscope, &fit, &intervals);
+        let drives = shown(schedule, &bench, &gyroscope, &fit, &intervals);
         let has = |is: fn(f64) -> bool| drives.iter().any(|drive| is(drive.asked_deg_s));
-        (has(|rate| rate.abs() <= 0.0) && has(|rate| rate > 0.0) && has(|rate| rate < 0.0)).then_some(drives)
+        let tells = has(|rate| rate.abs() <= 0.0) && has(|rate| rate > 0.0) && has(|rate| rate < 0.0);
+        tells.then(|| Self { drives, sigma_ppm: 1e6 * fit.scale_sigma() })
+    }
+
+    /// Whether 95 % of scale factors are as good as is asked.
+    fn is_enough(&self, asked: &TurnSchedule) -> bool {
+        asked.within_ppm.is_some_and(|within_ppm| NORMAL_95 * self.sigma_ppm <= within_ppm)
     }
 }
 
@@ -246,9 +296,35 @@ mod tests {
         let expected = math::sqrt(n2) * 4.0 / (100.0 * math::sqrt(60.0));
         assert!((sigma / expected - 1.0).abs() < 1e-3, "{sigma} {expected}");
         // 10 ppm at 1.96 sigma.
-        let needed = needed_s(&drives).unwrap();
+        let needed = needed_s(&drives, WANTED_PPM).unwrap();
         let closed_form_s = n2 * 16.0 / (100.0 * 10e-6 / 1.96_f64) / (100.0 * 10e-6 / 1.96);
         assert!((needed / closed_form_s - 1.0).abs() < 0.03, "{needed} {closed_form_s}");
+    }
+
+    /// Half of the error takes four times as long. The motor is judged again when the error wanted is promised, at
+    /// twice the time seen at the latest, a tenth of it later at the earliest, and at the end of the time asked for.
+    /// Without an error wanted that is the only look. The search is to 2 %.
+    #[test]
+    fn exact_a_plan_lasts_as_long_as_is_needed() {
+        let n2 = 6.25e-6;
+        let drives = [drive(0.0, n2), drive(100.0, n2), drive(-100.0, n2)];
+        let four_s = needed_s(&drives, 20.0).unwrap();
+        assert!((needed_s(&drives, 10.0).unwrap() / (4.0 * four_s) - 1.0).abs() < 0.03, "{four_s}");
+        let asked = |duration_s, within_ppm| TurnSchedule {
+            duration_s,
+            within_ppm,
+            ..TurnSchedule::of(&Scene::default()).unwrap()
+        };
+        for (duration_s, within_ppm, seen_s, until_s) in [
+            (1e4, Some(20.0), 0.8 * four_s, four_s),
+            (1e4, Some(20.0), 0.3 * four_s, 0.6 * four_s),
+            (1e4, Some(20.0), four_s, 1.1 * four_s),
+            (0.9 * four_s, Some(20.0), 0.8 * four_s, 0.9 * four_s),
+            (1e4, None, 0.8 * four_s, 1e4),
+        ] {
+            let plan = TurnPlan::of(&drives, seen_s, &asked(duration_s, within_ppm));
+            assert!((plan.duration_s / until_s - 1.0).abs() < 1e-9, "{seen_s} {until_s}: {plan:?}");
+        }
     }
 
     /// Without coning the plan is that of the random walk: half of the time to either side, `N / (mean rate sqrt(t))`.
@@ -283,6 +359,6 @@ mod tests {
             // 100 ppm of the rate, which two equal rates do not tell from the scale factor.
             drive.nonlinear_deg_s = 1e-4 * drive.rate_deg_s;
         }
-        assert_eq!(needed_s(&drives), None);
+        assert_eq!(needed_s(&drives, WANTED_PPM), None);
     }
 }

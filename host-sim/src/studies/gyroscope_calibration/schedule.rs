@@ -20,6 +20,7 @@
 //! staircase is best for the scale factor.
 //! More steps tell the non-linearity of the gyroscope better.
 
+use super::pilot::goes_into_plan;
 use simulation::math::count::real;
 use simulation::runs::simulate::steps_in;
 use simulation::scene::{Scene, SceneError};
@@ -43,6 +44,8 @@ pub struct TurnSchedule {
     pub samples_per_interval: usize,
     /// Motor time.
     pub duration_s: f64,
+    /// Error in ppm that 95 % of scale factors are to be within, if the plan shall be no longer than that takes.
+    pub within_ppm: Option<f64>,
     /// Last rates clockwise, and the other way, negative.
     pub fastest_deg_s: [f64; 2],
     /// The rates, in order of time; they last for the whole motor time.
@@ -53,7 +56,8 @@ impl TurnSchedule {
     /// Of a scene.
     ///
     /// # Errors
-    /// When the rests leave no time for the turns, or the gyroscope's period is no whole number of ticks.
+    /// When the rests leave no time for the turns, the gyroscope's period is no whole number of ticks, or the length of
+    /// the plan is that of a pilot which is not there.
     pub fn of(scene: &Scene) -> Result<Self, SceneError> {
         let ticks_per_sample = gyroscope::ticks_per_sample(scene)?;
         let (duration_s, rest_s) = (scene.number("calibrate.duration_s"), scene.number("calibrate.rest_s"));
@@ -90,6 +94,7 @@ impl TurnSchedule {
             ticks_per_sample,
             samples_per_interval,
             duration_s,
+            within_ppm: within_ppm(scene)?,
             fastest_deg_s: [clockwise_deg_s, -counter_clockwise_deg_s],
             segments: Vec::new(),
         };
@@ -115,7 +120,7 @@ impl TurnSchedule {
             return Ok(pilot);
         }
         let turn_s = pilot_s / real(rates.len());
-        if pilot_s > 0.5 * self.duration_s || turn_s < 4.0 * scene.number("calibrate.interval_s") {
+        if !goes_into_plan(scene, pilot_s) {
             return Err(SceneError::Conflict {
                 conflict: format!(
                     "calibrate.pilot_s = {pilot_s} s does not go into a plan of calibrate.duration_s = {} s",
@@ -127,6 +132,16 @@ impl TurnSchedule {
         }
         pilot.extend(rates.map(|rate_deg_s| (turn_s, rate_deg_s)));
         Ok(pilot)
+    }
+
+    /// Until when in s the motor turns before it is judged again, after `seen_s`: until it has turned for `enough_s`,
+    /// for twice as long at most, and for a tenth longer at least; until the end where the plan has no error to meet.
+    pub fn next_look_s(&self, seen_s: f64, enough_s: Option<f64>) -> f64 {
+        if self.within_ppm.is_none() {
+            return self.duration_s;
+        }
+        let (soonest_s, latest_s) = (1.1 * seen_s, 2.0 * seen_s);
+        enough_s.unwrap_or(latest_s).clamp(soonest_s, latest_s).min(self.duration_s)
     }
 
     /// Adds `cycles` rounds of rest, turn, rest and turn back until `duration_s`. The rates in deg/s have their shares
@@ -186,6 +201,20 @@ impl TurnSchedule {
         let place = self.drives_deg_s().iter().position(|drive| drive.total_cmp(&fastest).is_eq());
         place.map_or(0, |place| place + 1)
     }
+}
+
+/// The value of `calibrate.within_ppm`; `None` for 0.
+fn within_ppm(scene: &Scene) -> Result<Option<f64>, SceneError> {
+    let within_ppm = scene.number("calibrate.within_ppm");
+    if within_ppm > 0.0 && scene.number("calibrate.pilot_s") <= 0.0 {
+        return Err(SceneError::Conflict {
+            conflict: format!(
+                "calibrate.within_ppm = {within_ppm} needs a pilot, which tells how long that takes"
+            ),
+            hint: "calibrate.pilot_s=10 and a plan of 20 s at least, or calibrate.within_ppm=0".to_owned(),
+        });
+    }
+    Ok((within_ppm > 0.0).then_some(within_ppm))
 }
 
 #[cfg(test)]

@@ -2,8 +2,7 @@
 
 use serde_json::json;
 
-use super::plan::{TurnPlan, WANTED_PPM};
-use super::{CalibrationOutcome, CalibrationSummary, Calibrations, budget};
+use super::{CalibrationOutcome, CalibrationSummary, Calibrations, budget, pilot};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
@@ -115,27 +114,6 @@ impl CalibrationOutcome {
     }
 }
 
-impl TurnPlan {
-    /// What was planned after the pilot.
-    fn remarks(&self) -> String {
-        let (clockwise, counter_clockwise) = (self.clockwise, self.counter_clockwise);
-        let share =
-            |(rate_deg_s, share): (f64, f64)| format!("{rate_deg_s:+.0} deg/s for {:.0} %", 100.0 * share);
-        let needed = self.needed_s.map_or_else(
-            || "no plan, however long, would bring".to_owned(),
-            |needed_s| format!("a plan of {needed_s:.0} s would bring"),
-        );
-        format!(
-            "Planned after the pilot: {} of the time that was left, {} of it, and rest. That promised {:.2} ppm, one \
-             sigma, of this gyroscope on this motor; {needed} 95 % of such scale factors to within {WANTED_PPM:.0} \
-             ppm.",
-            share(clockwise),
-            share(counter_clockwise),
-            self.predicted_ppm
-        )
-    }
-}
-
 impl CalibrationSummary {
     fn table(&self) -> Table {
         let mut table = Table::new(&[
@@ -185,10 +163,10 @@ impl CalibrationSummary {
         table
     }
 
-    fn remarks(&self, motor_time_s: f64) -> String {
+    fn remarks(&self, motor_times: &str) -> String {
         let (low, high) = self.covered_bounds;
         format!(
-            "{} gyroscopes, drawn, on {} drawn motors; {motor_time_s:.0} s of motor time each. {} scale factors are \
+            "{} gyroscopes, drawn, on {} drawn motors; {motor_times} s of motor time each. {} scale factors are \
              within 10 ppm of the truth, and at the rates that were turned the gyroscope's random walk alone allows \
              {:.2} ppm, one sigma; the bias's error is {:.2} times what random walk alone allows in the time. Of {} \
              intervals at 95 % between {low} and {high} hold the truth in 95 % of such sets. The reference's variances \
@@ -224,12 +202,12 @@ impl Calibrations {
                 self.filter
             )),
         ];
-        blocks.extend(self.turn_plan.map(|plan| Block::Paragraph(plan.remarks())));
+        blocks.push(Block::Paragraph(pilot::remarks(self.pilot_s, self.turn_plan.as_ref())));
         if self.outcomes.len() > 1 {
             let summary = self.summary();
             blocks.push(Block::Heading(format!("All {} calibrations", summary.runs)));
             blocks.push(Block::Table(summary.table()));
-            blocks.push(Block::Paragraph(summary.remarks(first.motor_time_s)));
+            blocks.push(Block::Paragraph(summary.remarks(&self.motor_times())));
         }
         if !self.beside.is_empty() {
             blocks.extend(self.side_by_side(FIRST).blocks());
@@ -254,11 +232,19 @@ impl Calibrations {
             ("table_calibration", summary.table().markdown()),
             ("table_budget", self.budget_table().markdown()),
             ("about_budget", budget::ABOUT.to_owned()),
-            ("remarks", summary.remarks(first.motor_time_s)),
+            ("remarks", summary.remarks(&self.motor_times())),
             ("tilting_rms_ppm", self.tilting_range_ppm()),
         ];
         values.extend(self.side_by_side(name).page_values());
         values
+    }
+
+    /// The motor time in s of all calibrations: plans that are as long as their pilot says differ.
+    fn motor_times(&self) -> String {
+        let times_s = || self.outcomes.iter().map(|outcome| outcome.motor_time_s);
+        let [least, most] = [times_s().fold(f64::INFINITY, f64::min), times_s().fold(0.0, f64::max)]
+            .map(|time_s| format!("{time_s:.0}"));
+        if least == most { least } else { format!("{least} to {most}") }
     }
 
     /// Root mean square error of the scale factor on the scenes beside the first: the least and the largest.

@@ -46,7 +46,15 @@ pub const SETTINGS: &[Setting] = &[
         unit: "s",
         kind: Kind::Number { default: 0.0, min: 0.0, max: 1000.0 },
         meaning: "length of a pilot, after which rates and times are chosen by the deviation of the scale factor that \
-                  they promise; 0 for none: the staircase as the keys say",
+                  they promise; 0 for none: the staircase as the keys say. Unless it is set, 10 s where the rotor \
+                  tilts, there is one step, and the plan takes 20 s or more",
+    },
+    Setting {
+        key: "calibrate.within_ppm",
+        unit: "ppm",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1000.0 },
+        meaning: "after the pilot the plan ends once the fit states 95 % of scale factors within this, looked at a few \
+                  times, and after calibrate.duration_s at the latest; 0 for all of that time",
     },
     Setting {
         key: "calibrate.camera_angle_mdeg",
