@@ -9,11 +9,12 @@ const ABOUT: &str = "Error of the scale factor, root mean square, beside the sta
     its parts by cause, each root mean square, of coning the mean too. Missed: calibrations whose 95 % interval of the \
     scale factor does not hold the truth; needed: motor time after which, by the pilot of the first motor, 95 % of its \
     scale factors would be within 10 ppm; beyond 5 sigma: whose error exceeds five stated standard deviations, and the \
-    largest error in these. Bias, both (their ellipse), non-linearity and misalignment (two intervals a run): missed \
-    likewise. Reference: error of the filter's angle, root mean square; beyond 3 sigma: share of the \
-    angles used that are off by more than three standard deviations that the filter states; good, beyond 5 sigma: \
-    calibrations with an angle that is called good and is off by more than five, and the largest error of these. Time: \
-    seconds of this machine for a second of motor time, filter and controller included, of the motor that takes least.";
+    largest error in these. Bias missed, both (the ellipse of scale factor and bias), its missed (non-linearity) and \
+    misalignment (two intervals a run): intervals of these that do not hold the truth. Reference: error of the \
+    filter's angle, root mean square; beyond 3 sigma: share of the angles used that are off by more than three \
+    standard deviations that the filter states; good, beyond 5 sigma: calibrations with an angle that is called good \
+    and is off by more than five, and the largest error of these. Time: seconds of this machine for a second of motor \
+    time, filter and controller included, of the motor that takes least.";
 
 impl Calibrations {
     /// Every scene, the first under the name `first`.
@@ -35,12 +36,12 @@ impl Calibrations {
             "worst, sigmas",
             "bias deg/h",
             "stated",
-            "missed: bias",
+            "bias missed",
             "both",
-            "non-linearity ppm",
+            "non-lin. ppm",
             "stated",
-            "missed",
-            "misalignment, missed",
+            "its missed",
+            "misalignment",
             "reference mdeg",
             "beyond 3 sigma",
             "good, beyond 5 sigma",
