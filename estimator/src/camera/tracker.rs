@@ -113,6 +113,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// within the wide gate by chance.
     const GATE_AFTER_REFUSAL: f64 = 16.0;
 
+    // Built in its place: by a call a copy of it would be made, of 3.5 kB of a microcontroller's stack.
+    #[inline(always)]
     pub(crate) fn new(tuning: TrackTuning<T>) -> Self {
         let tuning = tuning.validated();
         let frame = CameraFrame::new(Time::ZERO, Angle::ZERO);

@@ -143,7 +143,10 @@ impl Page {
             }
             Self::Rate => {
                 let beside = tilting::of_one_motor(scene, effort.tilting_scenes)?;
-                held_rates::run(scene, &beside)?.page_values(tilting::HEIGHT_ONLY).into()
+                let mut values = held_rates::run(scene, &beside)?.page_values(tilting::HEIGHT_ONLY);
+                let own = tilting::to_commission(scene, effort.tilting_scenes)?;
+                values.extend(held_rates::OwnMapRates::run(&own)?.page_values());
+                values.into()
             }
             Self::Calibration => calibration_values(effort, scene)?.into(),
             Self::Identification => identification_values(effort)?.into(),

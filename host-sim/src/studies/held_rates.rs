@@ -1,6 +1,8 @@
 //! Rates held by one motor, each in a run of its own: the error of the mean rate, the error of the estimated angle, and
 //! the same on other scenes.
 
+mod own_maps;
+
 use std::convert::Infallible;
 use std::fmt;
 use std::ops::ControlFlow;
@@ -9,6 +11,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde_json::json;
 
+pub use self::own_maps::OwnMapRates;
 use crate::report::document::Document;
 use crate::report::page::PlacedValue;
 use crate::report::table::Table;

@@ -63,7 +63,7 @@ struct RateSums {
     /// Why and when in s the rate was held no more.
     stopped: Option<(RateStop, f64)>,
     /// Rate in deg/s of a motor that did not keep up in the end.
-    fastest_deg_s: Option<f64>,
+    reached_deg_s: Option<f64>,
 }
 
 /// A tick of the loop in s.
@@ -165,7 +165,7 @@ pub fn run_with<B>(
     if let ControlFlow::Break(value) = ended {
         return Ok(ControlFlow::Break(value));
     }
-    sums.fastest_deg_s = keeping_up.fastest_deg_s().filter(|_| sums.stopped.is_none());
+    sums.reached_deg_s = keeping_up.reached_deg_s().filter(|_| sums.stopped.is_none());
     Ok(ControlFlow::Continue(sums.outcome(scene, promised, RateRange::of(scene)?)))
 }
 
@@ -192,9 +192,9 @@ impl RateSums {
                 .stopped
                 .map(|(why, _)| reason(why))
                 .or_else(|| following_rms_deg.is_none().then_some(outcome::NO_REFERENCE))
-                .or_else(|| self.fastest_deg_s.map(|_| CANNOT_KEEP_UP)),
+                .or_else(|| self.reached_deg_s.map(|_| CANNOT_KEEP_UP)),
             stopped_s: self.stopped.map(|(_, time_s)| time_s),
-            fastest_deg_s: self.fastest_deg_s,
+            reached_deg_s: self.reached_deg_s,
             filter: filter::chosen(scene),
             saturated: self.saturated / self.ticks.max(1.0),
             promised,

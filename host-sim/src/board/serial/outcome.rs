@@ -155,9 +155,9 @@ pub struct RateFigures {
     pub reason: Option<&'static str>,
     /// When that was, in s since arming.
     pub stopped_s: Option<f64>,
-    /// Fastest mean rate over a second in deg/s, clockwise positive, of a motor that did not keep up in the end; `null`
-    /// of one that did.
-    pub fastest_deg_s: Option<f64>,
+    /// Mean rate in deg/s, clockwise positive, since when it was behind, of a motor that did not keep up in the end;
+    /// `null` of one that did.
+    pub reached_deg_s: Option<f64>,
     /// The range that the map promised before the run.
     pub promised_reach: PromisedRange,
     /// Whether the rate was held to its end.
@@ -301,7 +301,7 @@ impl fmt::Display for RateFigures {
         writeln!(f, "by its map         {}", self.promised_reach)?;
         let verdict = match (self.reason, self.stopped_s) {
             (Some(why), Some(at_s)) => format!("drive off for good after {at_s:.3} s: {why}"),
-            _ => self.fastest_deg_s.map_or_else(|| "held to its end".to_owned(), cannot_keep_up),
+            _ => self.reached_deg_s.map_or_else(|| "held to its end".to_owned(), cannot_keep_up),
         };
         writeln!(f, "outcome            {verdict}")
     }

@@ -224,7 +224,7 @@ impl WatchedRate {
         let mean_deg_s = over.map(|(first, last, s)| mean(first.estimated, last.estimated, s));
         let true_mean_deg_s =
             over.and_then(|(first, last, s)| first.truth.zip(last.truth).map(|(from, to)| mean(from, to, s)));
-        let fastest_deg_s = self.keeping_up.fastest_deg_s().filter(|_| self.stopped.is_none());
+        let reached_deg_s = self.keeping_up.reached_deg_s().filter(|_| self.stopped.is_none());
         RateFigures {
             rate_deg_s,
             asked_s,
@@ -239,8 +239,8 @@ impl WatchedRate {
             reason: self
                 .stopped
                 .map(|(why, _)| reason(why))
-                .or_else(|| fastest_deg_s.map(|_| CANNOT_KEEP_UP)),
-            fastest_deg_s,
+                .or_else(|| reached_deg_s.map(|_| CANNOT_KEEP_UP)),
+            reached_deg_s,
             stopped_s: self.stopped.map(|(_, at_s)| at_s),
             promised_reach: self.promised,
             // Not by the board's word alone: it reports once in a millisecond, so an end in time is not told too early.
@@ -342,7 +342,7 @@ mod tests {
                 watched.take(at, &Reported { task, ..reported(at, turns_deg_s * s, true, None) }, None);
             }
             let TaskFigures::Rate(figures) = watched.figures(None, None) else { panic!("a rate") };
-            let found = figures.fastest_deg_s.map(|deg_s| (deg_s * 1e3).round() / 1e3);
+            let found = figures.reached_deg_s.map(|deg_s| (deg_s * 1e3).round() / 1e3);
             assert_eq!((found, figures.reason), (told, told.map(|_| CANNOT_KEEP_UP)), "{figures}");
         }
     }

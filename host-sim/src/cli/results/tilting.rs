@@ -62,6 +62,14 @@ pub(super) fn of_one_motor(scene: &Scene, count: usize) -> Result<Vec<BesideScen
     OF_ONE_MOTOR.iter().take(count).map(|of| of.over(scene)).collect()
 }
 
+/// The scenes whose motors are commissioned, each over `scene`: those with the default marks, one less than `count`,
+/// since a minute of such a motor takes long.
+pub(super) fn to_commission(scene: &Scene, count: usize) -> Result<Vec<BesideScene>, CommandError> {
+    let with_default_marks =
+        OF_MANY_MOTORS.iter().filter(|of| !of.over.contains(&ONE_MARK) && !of.over.contains(&THREE_MARKS));
+    with_default_marks.take(count.saturating_sub(1)).map(|of| of.over(scene)).collect()
+}
+
 impl TiltingScene {
     fn over(&self, scene: &Scene) -> Result<BesideScene, CommandError> {
         let mut scene = scene.clone();

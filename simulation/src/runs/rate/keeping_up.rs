@@ -2,12 +2,13 @@
 //!
 //! ```text
 //! behind = reference - estimated angle, in the direction asked for
-//! told:    for a second of one rate the rotor was behind by more than the loop allows one to be ahead, and behind
-//!          grew by more than 1 % of the turn asked for
+//! told:    for a second and longer of one rate the rotor has been behind by more than the loop allows one to be ahead,
+//!          and in this time behind grew by more than 1 % of the turn asked for
+//! reaches: the mean rate of this time, in which the loop drives as hard as it is of use
 //! ```
 //!
-//! The loop then drives as hard as it is of use, so the mean rate of that second is what the motor reaches. A rotor
-//! that catches up for a second, or is near its reference for one, keeps up.
+//! A rotor that comes near its reference keeps up. Where the reference was lost it begins anew at the rotor: then what
+//! was told holds until the rotor has been near for a second.
 
 use controller::rate::RateTuning;
 use motor_model::{Angle, Time};
@@ -15,15 +16,15 @@ use motor_model::{Angle, Time};
 use crate::scene::Scene;
 use crate::world::instruments::assumed;
 
-/// Length of a window in s.
-const WINDOW_S: f64 = 1.0;
-/// Part of the turn asked for by which a rotor falls behind in a window that does not keep up: above the ripple of the
-/// angle, and below what anybody would call held. An assumption.
+/// Time in s from which on a rotor that is behind, or near its reference, is judged.
+const JUDGED_S: f64 = 1.0;
+/// Part of the turn asked for by which a rotor falls behind that does not keep up: above the ripple of the angle, and
+/// below what anybody would call held. An assumption.
 const FALLS_BEHIND: f64 = 0.01;
 
-/// A window under way.
+/// The time since when the rotor is behind, and where it was then.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Window {
+struct Stretch {
     at: Time,
     wanted_rad_s: f32,
     angle: Angle,
@@ -35,60 +36,62 @@ struct Window {
 pub struct KeepingUp {
     /// How far behind a rotor may be, in degrees.
     allowed_deg: f64,
-    window: Option<Window>,
-    /// Since when it is near its reference.
+    stretch: Option<Stretch>,
+    /// Whether the reference has been lost since the rotor was near it for a second, and since when it is near.
+    lost: bool,
     near_since: Option<Time>,
-    /// The fastest mean rate of the windows in a row that it did not keep up in, in deg/s, clockwise positive.
-    fastest_deg_s: Option<f64>,
+    /// What the motor reaches, in deg/s, clockwise positive, if it does not keep up.
+    told_deg_s: Option<f64>,
 }
 
 impl KeepingUp {
     /// Nothing yet of a rotor of `scene`.
     pub fn new(scene: &Scene) -> Self {
         let allowed_deg = f64::from(RateTuning::new(&assumed(scene)).ahead_rad).to_degrees();
-        Self { allowed_deg, window: None, near_since: None, fastest_deg_s: None }
+        Self { allowed_deg, stretch: None, lost: false, near_since: None, told_deg_s: None }
     }
 
     /// Takes a report at `at` of a rotor at `angle` that should turn at `wanted_rad_s` and be at `reference`, where
     /// there is one.
     pub fn take(&mut self, at: Time, wanted_rad_s: f32, reference: Option<Angle>, angle: Angle) {
         let Some(reference) = reference.filter(|_| wanted_rad_s.abs() > 0.0) else {
-            (self.window, self.near_since) = (None, None);
+            (self.stretch, self.near_since, self.lost) = (None, None, true);
             return;
         };
         let along = f64::from(wanted_rad_s.signum());
         let behind_deg = along * reference.minus(angle).degrees();
         if behind_deg <= self.allowed_deg {
-            self.window = None;
-            let near_s: f64 = at.seconds_since(*self.near_since.get_or_insert(at));
-            self.fastest_deg_s = self.fastest_deg_s.filter(|_| near_s < WINDOW_S);
+            self.note_near(at);
             return;
         }
         self.near_since = None;
-        let begun = Window { at, wanted_rad_s, angle, behind_deg };
-        let Some(window) = self.window else {
-            self.window = Some(begun);
-            return;
-        };
-        if window.wanted_rad_s.to_bits() != wanted_rad_s.to_bits() {
-            (self.window, self.fastest_deg_s) = (Some(begun), None);
+        let begun = Stretch { at, wanted_rad_s, angle, behind_deg };
+        let stretch = *self.stretch.get_or_insert(begun);
+        if stretch.wanted_rad_s.to_bits() != wanted_rad_s.to_bits() {
+            (self.stretch, self.told_deg_s) = (Some(begun), None);
             return;
         }
-        let time_s: f64 = at.seconds_since(window.at);
-        if time_s < WINDOW_S {
-            return;
+        let time_s: f64 = at.seconds_since(stretch.at);
+        if time_s >= JUDGED_S {
+            let asked_deg = f64::from(wanted_rad_s.abs()).to_degrees() * time_s;
+            let falls_behind = behind_deg - stretch.behind_deg > FALLS_BEHIND * asked_deg;
+            let rate_deg_s = angle.minus(stretch.angle).degrees() / time_s;
+            self.told_deg_s = falls_behind.then_some(rate_deg_s);
         }
-        let rate_deg_s = angle.minus(window.angle).degrees() / time_s;
-        let allowed_deg = FALLS_BEHIND * f64::from(wanted_rad_s.abs()).to_degrees() * time_s;
-        let falls_behind = behind_deg - window.behind_deg > allowed_deg;
-        let before = self.fastest_deg_s.filter(|before| along * before > along * rate_deg_s);
-        self.fastest_deg_s = falls_behind.then_some(before.unwrap_or(rate_deg_s));
-        self.window = Some(begun);
+    }
+
+    /// The rotor is near its reference.
+    fn note_near(&mut self, at: Time) {
+        self.stretch = None;
+        let near_s: f64 = at.seconds_since(*self.near_since.get_or_insert(at));
+        if !self.lost || near_s >= JUDGED_S {
+            (self.lost, self.told_deg_s) = (false, None);
+        }
     }
 
     /// What the motor reaches, in deg/s, clockwise positive; `None` while it keeps up.
-    pub fn fastest_deg_s(&self) -> Option<f64> {
-        self.fastest_deg_s
+    pub fn reached_deg_s(&self) -> Option<f64> {
+        self.told_deg_s
     }
 }
 
@@ -96,8 +99,8 @@ impl KeepingUp {
 pub const CANNOT_KEEP_UP: &str = "the motor cannot keep up";
 
 /// The same with what it reaches.
-pub fn cannot_keep_up(fastest_deg_s: f64) -> String {
-    format!("{CANNOT_KEEP_UP}: it turns {fastest_deg_s:+.1} deg/s at its fastest")
+pub fn cannot_keep_up(reached_deg_s: f64) -> String {
+    format!("{CANNOT_KEEP_UP}: it turned {reached_deg_s:+.1} deg/s in the time it was behind")
 }
 
 #[cfg(test)]
@@ -120,7 +123,7 @@ mod tests {
                 angle,
             );
         }
-        keeping_up.fastest_deg_s()
+        keeping_up.reached_deg_s()
     }
 
     /// 2 % too slow is told, with the rate, either way; half a per cent is not, nor is one that catches up, or is
@@ -138,17 +141,41 @@ mod tests {
         }
     }
 
-    /// What was told stays told where the reference is lost, until the rotor is near it for a second.
+    /// What was told stays told where the reference is lost, until the rotor is near it for a second; and until it is
+    /// near, where the reference is not lost.
     #[test]
     fn exact_a_rotor_that_is_near_again_keeps_up() {
-        let mut keeping_up = KeepingUp::new(&Scene::default());
-        for ms in 0..4000_u32 {
-            let at = Time::from_nanos(u64::from(ms) * 1_000_000);
-            let reference = (ms != 1500).then(|| Angle::from_degrees(5.0 + 0.1 * f64::from(ms.min(1500))));
-            let angle = Angle::from_degrees(if ms < 1500 { 0.0 } else { 155.0 });
-            keeping_up.take(at, 1.745, reference, angle);
-            assert_eq!(keeping_up.fastest_deg_s(), (1000..2501).contains(&ms).then_some(0.0), "{ms}");
+        for (lost, told_until_ms) in [(true, 2501), (false, 1500)] {
+            let mut keeping_up = KeepingUp::new(&Scene::default());
+            for ms in 0..4000_u32 {
+                let at = Time::from_nanos(u64::from(ms) * 1_000_000);
+                let reference =
+                    (!lost || ms != 1500).then(|| Angle::from_degrees(5.0 + 0.1 * f64::from(ms.min(1500))));
+                let angle = Angle::from_degrees(if ms < 1500 { 0.0 } else { 155.0 });
+                keeping_up.take(at, 1.745, reference, angle);
+                let told = (1000..told_until_ms).contains(&ms).then_some(0.0);
+                assert_eq!(keeping_up.reached_deg_s(), told, "{ms} {lost}");
+            }
         }
+    }
+
+    /// A rotor that falls behind for seconds is told in a second in which it gains, with the mean of its rates.
+    #[test]
+    fn exact_a_rotor_that_is_behind_on_the_whole_is_told() {
+        let mut keeping_up = KeepingUp::new(&Scene::default());
+        let (mut angle_deg, mut reference_deg) = (0.0, 4.0);
+        for ms in 0..=3000_u32 {
+            keeping_up.take(
+                Time::from_nanos(u64::from(ms) * 1_000_000),
+                250.0_f32.to_radians(),
+                Some(Angle::from_degrees(reference_deg)),
+                Angle::from_degrees(angle_deg),
+            );
+            reference_deg += 0.25;
+            angle_deg += if ms < 2000 { 0.2 } else { 0.26 };
+        }
+        let fastest = keeping_up.reached_deg_s().unwrap();
+        assert!((fastest - 220.0).abs() < 0.1, "{fastest}");
     }
 
     /// Where the reference is lost each second nothing is told.
@@ -159,7 +186,7 @@ mod tests {
             let at = Time::from_nanos(u64::from(ms) * 1_000_000);
             let reference = (ms % 900 != 0).then(|| Angle::from_degrees(10.0 + 0.1 * f64::from(ms)));
             keeping_up.take(at, 1.745, reference, Angle::ZERO);
-            assert_eq!(keeping_up.fastest_deg_s(), None, "{ms}");
+            assert_eq!(keeping_up.reached_deg_s(), None, "{ms}");
         }
     }
 }

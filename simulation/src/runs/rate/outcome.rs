@@ -62,10 +62,10 @@ pub struct RateOutcome {
     /// When that was, in s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped_s: Option<f64>,
-    /// Fastest mean rate over a second in deg/s, clockwise positive, of a motor that did not keep up in the end
+    /// Mean rate in deg/s, clockwise positive, since when it was behind, of a motor that did not keep up in the end
     /// ([`super::KeepingUp`]); left out of one that did.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub fastest_deg_s: Option<f64>,
+    pub reached_deg_s: Option<f64>,
     /// The filter that ran.
     pub filter: &'static str,
     /// Share of the time at full drive: near 1 the motor cannot do more.
@@ -111,9 +111,9 @@ impl RateOutcome {
             let losses = self.reference_losses;
             lines.push(("reference", format!("begun anew {losses} times, since the estimate was lost")));
         }
-        lines.extend(self.reason.map(|why| match (self.stopped_s, self.fastest_deg_s) {
+        lines.extend(self.reason.map(|why| match (self.stopped_s, self.reached_deg_s) {
             (Some(at_s), _) => ("drive", format!("off for good after {at_s:.3} s: {why}")),
-            (None, Some(fastest_deg_s)) => ("not held", cannot_keep_up(fastest_deg_s)),
+            (None, Some(reached_deg_s)) => ("not held", cannot_keep_up(reached_deg_s)),
             (None, None) => ("reason", why.to_owned()),
         }));
         lines.push(("ripple", format!("{:.1} deg/s rms", self.ripple_rms_deg_s)));
