@@ -121,7 +121,11 @@ fn check_travel(scene: &Scene, what: &str, least_deg: f64, greatest_deg: f64) ->
     };
     Err(SceneError::Conflict {
         conflict: format!("{what} leads to {} deg, beyond {key} = {}", plain(reached), plain(limit)),
-        hint: format!("the travel is {} to {} deg", plain(least), plain(greatest)),
+        hint: match (least > -FREE_DEG, greatest < FREE_DEG) {
+            (true, true) => format!("the travel is {} to {} deg", plain(least), plain(greatest)),
+            (true, false) => format!("the travel is {} deg and more", plain(least)),
+            _ => format!("the travel is up to {} deg", plain(greatest)),
+        },
     })
 }
 
@@ -252,6 +256,15 @@ mod tests {
         assert!(weak.contains("limits.amplitude_max = 0.2") && weak.contains("0.3"), "{weak}");
         let target = refused(check_target(&scene(&["position.to_deg=90", "limits.greatest_deg=80"])));
         assert!(target.contains("position.to_deg = 90") && target.contains("= 80"), "{target}");
+        for (sets, travel) in [
+            (&["limits.greatest_deg=80"][..], "up to 80 deg"),
+            (&["limits.least_deg=-10", "limits.greatest_deg=80"], "-10 to 80 deg"),
+        ] {
+            let target = refused(check_target(&scene(&[&["position.to_deg=90"], sets].concat())));
+            assert!(target.ends_with(&format!("the travel is {travel}")), "{target}");
+        }
+        let target = refused(check_target(&scene(&["position.to_deg=-90", "limits.least_deg=-80"])));
+        assert!(target.ends_with("the travel is -80 deg and more"), "{target}");
         assert_eq!(refused(check_target(&scene(&["position.to_deg=80", "limits.greatest_deg=80"]))), "taken");
     }
 
