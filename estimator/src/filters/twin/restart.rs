@@ -1,6 +1,6 @@
 //! What sets the stator filter back: rest, a lost motion, a full restart, a clock that ran back.
 //!
-//! | | modes and height | their variances | parameters | called when |
+//! | | modes and height | their variances | parameters and drive's phase | called when |
 //! |---|---|---|---|---|
 //! | [`StatorFilter::set_at_rest`] | zero | zero | kept | the rotor is quiet |
 //! | [`StatorFilter::forget_motion`] | kept | as wide as any drive | kept | impacts were missed |
@@ -23,9 +23,11 @@ const DRIVEN_MOTION: [f64; 6] = [3e-5, 0.4, 2e-5, 0.8, 3e-6, 0.2];
 const DRIVEN_HEIGHT_M: f64 = 5e-5;
 
 impl<T: Real> StatorFilter<T> {
-    /// Sets motion and parameters to their start; the drive's phase and the time remain.
+    /// Sets motion and parameters to their start, and the drive's phase to that of the commands; the time remains.
     #[inline(never)]
     pub(super) fn restart(&mut self) {
+        self.shift_phase(Phase::from_units(self.phase_correction.units().wrapping_neg()));
+        self.phase_correction = Phase::ZERO;
         (self.state.modes, self.height_m, self.jump_m_s) = (ModalState::default(), T::zero(), T::zero());
         self.parameters = self.prior_parameters;
         self.covariance.set_diagonal(&self.prior_variances);
@@ -78,7 +80,7 @@ mod tests {
     use motor_model::{DriveCommand, DriveMode};
 
     use super::*;
-    use crate::filters::twin::states::{MODE_PARAMETERS, STATES, TOOTH_ANGLE};
+    use crate::filters::twin::states::{DRIVE_PHASE, MODE_PARAMETERS, STATES, TOOTH_ANGLE};
     use crate::filters::twin::tests::filter;
 
     /// The nominal stator, driven in mode B for `micros` in steps of 5 ms at most.
@@ -135,6 +137,22 @@ mod tests {
             let column = stator.covariance.column(state);
             assert!((column[state] / (AT_REST * AT_REST) - 1.0).abs() < 1e-9, "{state}: {:e}", column[state]);
             assert!((MODE_PARAMETERS..STATES).all(|other| column[other].to_bits() << 1 == 0), "{state}");
+        }
+    }
+
+    /// A phase that went astray is forgotten: after a restart it is that of the commands.
+    #[test]
+    fn exact_a_restart_forgets_what_corrected_the_phase() {
+        let (mut stator, commanded) = (driven(1010), driven(1010).state.phase);
+        let mut errors = Errors::zeros();
+        for lead_rad in [0.8, -0.3, 3.0] {
+            errors[DRIVE_PHASE] = lead_rad;
+            stator.correct(&errors);
+        }
+        assert_ne!(stator.state.phase, commanded);
+        for _ in 0..2 {
+            stator.restart();
+            assert_eq!(stator.state.phase, commanded);
         }
     }
 

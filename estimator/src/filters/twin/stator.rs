@@ -12,7 +12,8 @@
 //! (Table 1 of the paper).
 //!
 //! The phase is that of the drive's current at the motor. A command that is reported one tick of 10 us late is 0.4 rad
-//! behind, a fifth of a tooth's swing. Its correction turns the phase of the model, at most half a turn.
+//! behind, a fifth of a tooth's swing. Its correction turns the phase of the model, at most half a turn at once. A
+//! restart takes the corrections back: the phase is then that of the commands, known to its prior.
 //!
 //! The height is the integral of the vibrometer's samples: its variance grows by `sigma^2 h^2` a sample, 28 nm in 4 ms.
 //!
@@ -62,6 +63,8 @@ pub(super) struct StatorFilter<T: Real> {
     pub(super) oscillators: [Oscillator<T>; 3],
     /// Sine and cosine of the drive's phase.
     pub(super) phasor: [T; 2],
+    /// By how much the phase has been corrected since the last restart.
+    pub(super) phase_correction: Phase,
     /// Transition matrix of each mode over one period.
     pub(super) period_steps: [Matrix2<T>; 3],
     /// The same over [`SENSITIVITY_PERIODS`] periods.
@@ -114,6 +117,7 @@ impl<T: Real> StatorFilter<T> {
             at_rest: false,
             oscillators: modes.each_ref().map(Oscillator::new),
             phasor: [T::zero(), T::one()],
+            phase_correction: Phase::ZERO,
             period_steps: steps(1),
             sensitivity_steps: steps(SENSITIVITY_PERIODS),
             height_m: T::zero(),
@@ -178,7 +182,9 @@ impl<T: Real> StatorFilter<T> {
         self.jump_m_s += jump;
         let parameters = self.parameters.iter_mut().zip(errors).take(DRIVE_PHASE).skip(MODE_PARAMETERS);
         parameters.for_each(|(parameter, &error)| *parameter += error);
-        self.shift_phase(phase_of(errors.as_slice().get(DRIVE_PHASE).copied().unwrap_or_default()));
+        let lead = phase_of(errors.as_slice().get(DRIVE_PHASE).copied().unwrap_or_default());
+        self.phase_correction = self.phase_correction.advanced(lead);
+        self.shift_phase(lead);
     }
 
     /// Whether estimates and covariance are finite and within a hundred times what any drive does.

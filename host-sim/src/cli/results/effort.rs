@@ -95,7 +95,7 @@ impl Effort {
         tilting_trials: 50,
         tilting_calibrations: 30,
         tilting_gyroscope_motors: 3,
-        needed_calibrations: [60, 3],
+        needed_calibrations: [20, 2],
         needed_longest_s: 400.0,
         time_s: None,
         step_accuracy: step_accuracy::StepAccuracyPlan::full,
