@@ -36,7 +36,7 @@
 //! |---|---|---|---|
 //! | too much noise | as described, or learnt at rest | `VibrometerUnfit` | never, or when less is learnt |
 //! | wrong sign | every impact appears as a fall | `VibrometerInverted` | when jumps are upwards again |
-//! | wrong samples | a fall of [`FALL_M_S`] or more | `VibrometerErratic` | 50 ms after the last such fall |
+//! | wrong samples | a fall of [`FALL_M_S`] or more | `VibrometerErratic` | 50 ms after such a fall, 300 ms after further |
 //! | wrong scale | a flight is no fall by g: [`free_fall`] | `VibrometerScale` | when corrected and proven |
 //!
 //! Wrong sign: the statistic is the sum of the squares of the jumps, falls counted negative, kept within 0.01 m^2/s^2
@@ -183,9 +183,13 @@ impl<T: Real> ImpactDetector<T> {
     /// Most that the square of a single jump counts: two jumps can turn the sign, a single wrong sample cannot.
     const JUMP_M2_S2: f64 = 0.9 * Self::SIGN_M2_S2;
 
-    /// How long after a fall impacts are ignored, in ns: 50 ms. Where bursts of wrong samples come more often than
-    /// twenty times a second the vibrometer is not used at all; a rare one costs little.
+    /// How long after a fall impacts are ignored, in ns: 50 ms. A rare burst of wrong samples costs little.
     const ERRATIC_NANOS: u64 = 50_000_000;
+
+    /// How long they are ignored after a fall that comes while an earlier one counts, in ns: 300 ms. Such falls are
+    /// those of a rotor that tilts, whose middle rises and falls as it rocks from tooth to tooth. Its kicks are not
+    /// those of the model, and at its pin it is struck without a jump, between falls up to some 100 ms apart.
+    const ERRATIC_AGAIN_NANOS: u64 = 300_000_000;
 
     pub(crate) fn new(tuning: ImpactDetectorTuning<T>) -> Self {
         let mut detector = Self {
@@ -332,8 +336,10 @@ impl<T: Real> ImpactDetector<T> {
         if drop_m_s < T::from_f64(FALL_M_S) || self.inverted() {
             return VibrometerEvent::Flight;
         }
-        let before = self.erratic_until.replace(at.plus_nanos(Self::ERRATIC_NANOS));
-        if before.is_none() { VibrometerEvent::Fall { drop_m_s } } else { VibrometerEvent::Flight }
+        let again = self.erratic_until.is_some();
+        let nanos = if again { Self::ERRATIC_AGAIN_NANOS } else { Self::ERRATIC_NANOS };
+        self.erratic_until = Some(at.plus_nanos(nanos));
+        if again { VibrometerEvent::Flight } else { VibrometerEvent::Fall { drop_m_s } }
     }
 
     /// Ends the time after wrong samples, if it is over at `at`.
