@@ -63,7 +63,7 @@ pub struct Parts {
     pub line: Line,
     /// The vibrometer.
     pub vibrometer: Vibrometer,
-    /// The flash of the kept description, from offset 0: [`crate::store::STORE_BYTES`].
+    /// The flash of the kept description, from offset 0: [`crate::store::store_bytes`].
     #[cfg(feature = "keep")]
     pub flash: Flash,
     /// The watchdog, not yet started.

@@ -11,8 +11,11 @@
 //! description or the new one. The crate frames the parts, and this module decides which copy counts; a slot is always
 //! erased before it is written, so nothing of what the crate would repair is relied upon. Reading writes nothing.
 //!
-//! A flash page of an STM32G474 bears 10,000 erasures, and each slot is erased by every other description: 20,000
-//! descriptions.
+//! A flash page of an STM32G474 bears 10,000 erasures, as a sector of an STM32H743 does, and each slot is erased by
+//! every other description: 20,000 descriptions.
+//!
+//! What a flash cannot read is no part of a copy: an error of its reading makes the slot one without a whole copy. No
+//! word is written twice between two erasures.
 //!
 //! The parts are messages of the [`link`], so their version is the protocol's. Version and CRC keep their places in
 //! every version to come: a copy of another version is known as one, and not read. A parameter of the motor that is
@@ -34,21 +37,32 @@ use sequential_storage::Error;
 use sequential_storage::cache::Cache;
 use sequential_storage::queue::{QueueConfig, QueueConfigError, QueueStorage};
 
-/// Bytes of a slot: room for the largest description, every parameter changed and a map of full tables. A multiple of
-/// the flash's page.
+/// Bytes of a slot: room for the largest description, every parameter changed and a map of full tables, where a word of
+/// the flash has eight bytes. A flash that is erased by more has slots of what it is erased by.
 pub const SLOT_BYTES: u32 = 4096;
 
-/// Bytes of flash that a store takes, from its offset 0.
-pub const STORE_BYTES: u32 = 2 * SLOT_BYTES;
+/// Bytes of a slot in the flash `F`: a multiple of what is erased at once.
+#[expect(clippy::cast_possible_truncation, reason = "a flash has less than 4 GiB")]
+pub const fn slot_bytes<F: NorFlash>() -> u32 {
+    SLOT_BYTES.next_multiple_of(F::ERASE_SIZE as u32)
+}
 
-/// Whether `bytes` from `offset` on are in a store's flash, and both are multiples of `unit`: what every operation of
-/// such a flash checks first.
+/// Bytes of the flash `F` that a store takes, from its offset 0.
+pub const fn store_bytes<F: NorFlash>() -> u32 {
+    2 * slot_bytes::<F>()
+}
+
+// Items are read by whole words of the flash, of 32 bytes at most.
+const _: () = assert!(PART_BYTES_MAX.is_multiple_of(32));
+
+/// Whether `bytes` from `offset` on are in the flash `F` of a store, and both are multiples of `unit`: what every
+/// operation of such a flash checks first.
 ///
 /// # Errors
 /// When they are not.
-pub fn check_range(offset: u32, bytes: usize, unit: usize) -> Result<(), NorFlashErrorKind> {
+pub fn check_range<F: NorFlash>(offset: u32, bytes: usize, unit: usize) -> Result<(), NorFlashErrorKind> {
     let start = offset as usize;
-    let is_within = start.checked_add(bytes).is_some_and(|end| end <= STORE_BYTES as usize);
+    let is_within = start.checked_add(bytes).is_some_and(|end| end <= store_bytes::<F>() as usize);
     if !is_within {
         return Err(NorFlashErrorKind::OutOfBounds);
     }
@@ -137,13 +151,13 @@ impl Slot {
 
     fn queue<F: NorFlash>(self) -> Result<QueueConfig<F>, QueueConfigError> {
         QueueConfig::try_new(match self {
-            Self::First => 0..SLOT_BYTES,
-            Self::Second => SLOT_BYTES..STORE_BYTES,
+            Self::First => 0..slot_bytes::<F>(),
+            Self::Second => slot_bytes::<F>()..store_bytes::<F>(),
         })
     }
 }
 
-/// The kept description, in the [`STORE_BYTES`] of a flash.
+/// The kept description, in the [`store_bytes`] of a flash.
 #[derive(Debug)]
 pub struct Store<F> {
     flash: F,

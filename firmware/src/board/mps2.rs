@@ -22,7 +22,7 @@ use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, 
 use super::Parts;
 use crate::amplifier::Cutoff;
 use crate::main_loop::SerialLine;
-use crate::store::{SLOT_BYTES, STORE_BYTES, check_range};
+use crate::store::{SLOT_BYTES, check_range, store_bytes};
 
 /// Lamp 0 stands for the bridge's enabling pin.
 const LAMPS: *mut u32 = 0x4002_8000 as *mut u32;
@@ -239,7 +239,7 @@ impl Flash {
     /// In the middle of the 4 MiB that both boards have at the address of the program's variables, which take 64 KiB.
     const START: *mut u8 = 0x2020_0000 as *mut u8;
 
-    /// The byte at `offset`, which is below [`STORE_BYTES`]: the operations check it.
+    /// The byte at `offset`, which is below [`store_bytes`]: the operations check it.
     fn at(offset: u32) -> *mut u8 {
         Self::START.wrapping_add(offset as usize)
     }
@@ -253,7 +253,7 @@ impl ReadNorFlash for Flash {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        check_range(offset, bytes.len(), Self::READ_SIZE)?;
+        check_range::<Self>(offset, bytes.len(), Self::READ_SIZE)?;
         for (at, byte) in (offset..).zip(bytes) {
             // SAFETY: within memory that nothing else uses.
             *byte = unsafe { Self::at(at).read_volatile() };
@@ -262,7 +262,7 @@ impl ReadNorFlash for Flash {
     }
 
     fn capacity(&self) -> usize {
-        STORE_BYTES as usize
+        store_bytes::<Self>() as usize
     }
 }
 
@@ -272,7 +272,7 @@ impl NorFlash for Flash {
     const ERASE_SIZE: usize = SLOT_BYTES as usize;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        check_range(from, to.saturating_sub(from) as usize, Self::ERASE_SIZE)?;
+        check_range::<Self>(from, to.saturating_sub(from) as usize, Self::ERASE_SIZE)?;
         for at in from..to {
             // SAFETY: as above.
             unsafe { Self::at(at).write_volatile(0xff) }
@@ -281,7 +281,7 @@ impl NorFlash for Flash {
     }
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        check_range(offset, bytes.len(), Self::WRITE_SIZE)?;
+        check_range::<Self>(offset, bytes.len(), Self::WRITE_SIZE)?;
         for (at, byte) in (offset..).zip(bytes) {
             let place = Self::at(at);
             // SAFETY: as above.

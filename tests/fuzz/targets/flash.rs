@@ -4,7 +4,7 @@
 #![no_main]
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use firmware::store::{SLOT_BYTES, STORE_BYTES, Store, check_range};
+use firmware::store::{SLOT_BYTES, Store, check_range, store_bytes};
 use libfuzzer_sys::fuzz_target;
 use link::{DescriptionDigest, HostMessage, KeptDescription};
 
@@ -19,7 +19,7 @@ impl ReadNorFlash for Found {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        check_range(offset, bytes.len(), Self::READ_SIZE)?;
+        check_range::<Self>(offset, bytes.len(), Self::READ_SIZE)?;
         bytes.copy_from_slice(&self.0[offset as usize..][..bytes.len()]);
         Ok(())
     }
@@ -34,13 +34,13 @@ impl NorFlash for Found {
     const ERASE_SIZE: usize = SLOT_BYTES as usize;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        check_range(from, (to - from) as usize, Self::ERASE_SIZE)?;
+        check_range::<Self>(from, (to - from) as usize, Self::ERASE_SIZE)?;
         self.0[from as usize..to as usize].fill(0xff);
         Ok(())
     }
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        check_range(offset, bytes.len(), Self::WRITE_SIZE)?;
+        check_range::<Self>(offset, bytes.len(), Self::WRITE_SIZE)?;
         for (cell, byte) in self.0[offset as usize..].iter_mut().zip(bytes) {
             *cell &= byte;
         }
@@ -50,7 +50,7 @@ impl NorFlash for Found {
 
 fuzz_target!(|bytes: &[u8]| {
     let mut cells = bytes.to_vec();
-    cells.resize(STORE_BYTES as usize, 0xff);
+    cells.resize(store_bytes::<Found>() as usize, 0xff);
     let mut store = Store::new(Found(cells));
     let mut digest = DescriptionDigest::default();
     store.read(|part| digest.update(part));

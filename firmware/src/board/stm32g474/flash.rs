@@ -29,14 +29,14 @@ use stm32g4::stm32g474 as pac;
 
 use crate::board::faults::end;
 use crate::board::wait::wait_until;
-use crate::store::{SLOT_BYTES, STORE_BYTES, check_range};
+use crate::store::{SLOT_BYTES, check_range, store_bytes};
 
 /// Address of the flash.
 const FLASH: u32 = 0x0800_0000;
 /// Bytes of the flash.
 const FLASH_BYTES: u32 = 512 * 1024;
 /// Address of the kept description.
-const START: u32 = FLASH + FLASH_BYTES - STORE_BYTES;
+const START: u32 = FLASH + FLASH_BYTES - store_bytes::<Flash>();
 
 /// What unlocks the control register.
 const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
@@ -139,7 +139,7 @@ impl ReadNorFlash for Flash {
 
     /// Eight bytes whose error correction fails are read as they are: the store's own CRC finds them out.
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        check_range(offset, bytes.len(), Self::READ_SIZE)?;
+        check_range::<Self>(offset, bytes.len(), Self::READ_SIZE)?;
         IS_READ.store(true, Ordering::SeqCst);
         for (place, byte) in (START + offset..).zip(bytes) {
             // SAFETY: a byte of the kept description, which is only read here.
@@ -154,7 +154,7 @@ impl ReadNorFlash for Flash {
     }
 
     fn capacity(&self) -> usize {
-        STORE_BYTES as usize
+        store_bytes::<Self>() as usize
     }
 }
 
@@ -163,7 +163,7 @@ impl NorFlash for Flash {
     const ERASE_SIZE: usize = SLOT_BYTES as usize;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        check_range(from, to.saturating_sub(from) as usize, Self::ERASE_SIZE)?;
+        check_range::<Self>(from, to.saturating_sub(from) as usize, Self::ERASE_SIZE)?;
         self.unlocked(|flash| {
             let [in_two_banks, in_one] = PAGE_BYTES;
             let is_dual = flash.optr().read().dbank().is_dual_bank_mode();
@@ -175,7 +175,7 @@ impl NorFlash for Flash {
     }
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        check_range(offset, bytes.len(), Self::WRITE_SIZE)?;
+        check_range::<Self>(offset, bytes.len(), Self::WRITE_SIZE)?;
         let (words, _) = bytes.as_chunks();
         self.unlocked(|flash| {
             flash.cr().modify(|_, w| w.pg().set_bit());
