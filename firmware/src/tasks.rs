@@ -36,8 +36,9 @@
 //! # Outside of the tasks
 //!
 //! The main loop keeps, restores and forgets the description of the bench ([`crate::store`]) when the host asks for it,
-//! which it may while the loop is not armed. A flash holds the processor for up to a tenth of a second meanwhile, and
-//! with it the timer: the board's time stands still. The watchdog waits longer for that time alone.
+//! which it may while the loop is not armed. A flash may hold the processor for up to a tenth of a second meanwhile,
+//! and with it the timer: the board's time stands still. Otherwise the main loop waits for up to some seconds, and the
+//! ticks of that time are lost. The watchdog waits longer for that time alone.
 //!
 //! Three counters count ticks of 10 us:
 //!

@@ -46,6 +46,10 @@ pub const CLOCK_HZ: u32 = 170_000_000;
 /// Frequency of the timers' clock.
 pub(super) const TIMER_HZ: u32 = CLOCK_HZ;
 
+/// Periods of 8 ms for which the watchdog waits while the flash works, a second. A description takes two erasures of
+/// 25 ms and 440 words of 90 us, and to forget one four erasures.
+pub(super) const STORING_PERIODS: u16 = 125;
+
 /// Clocks of the timer from a trigger of the converter to the next pulse, 294 ns: of the converter's clocks of 24 ns at
 /// most 2.5 pass until it samples (data sheet, trigger latency), and 6.5 while it does.
 pub(super) const TRIGGER_ADVANCE: u16 = 50;

@@ -11,12 +11,13 @@
 //! | PD8, PD9 | USART3 to the host, 2,000,000 baud |
 //! | PA3 | ADC1 channel 15: the vibrometer's output |
 //!
-//! Pulses, samples and interrupts lie as on an STM32G474 (`stm32g474.rs`). The flash is erased 128 KiB at a time, which
-//! takes longer than a host waits: this board keeps no description.
+//! Pulses, samples and interrupts lie as on an STM32G474 (`stm32g474.rs`).
 
 mod caches;
 mod clocks;
 mod dma;
+#[cfg(feature = "keep")]
+mod flash;
 mod vibrometer;
 
 use link::{LINE_BAUD, ResetCause};
@@ -28,17 +29,20 @@ use super::wait::answers;
 pub use super::watchdog::Watchdog;
 use super::{Parts, bridge};
 pub(super) use dma::{RECEIVED, Receiver, SENT, Transmitter};
+#[cfg(feature = "keep")]
+pub use flash::Flash;
 pub(super) use pac::USART3 as Uart;
 pub use vibrometer::Vibrometer;
-
-#[cfg(feature = "keep")]
-compile_error!("an STM32H743 keeps no description: build without the feature keep");
 
 /// Frequency of the processor.
 pub const CLOCK_HZ: u32 = 480_000_000;
 
 /// Frequency of the timers' clock.
 pub(super) const TIMER_HZ: u32 = CLOCK_HZ / 2;
+
+/// Periods of 8 ms for which the watchdog waits while the flash works, 32 s: the most that its register holds. To
+/// forget a description takes two erasures of 2.2 s at most.
+pub(super) const STORING_PERIODS: u16 = 4095;
 
 /// Clocks of the timer from a trigger of the converter to the next pulse, 375 ns: of the converter's clocks of 33 ns at
 /// most 2.5 pass until it samples (data sheet, trigger latency), and 8.5 while it does.
@@ -87,6 +91,8 @@ impl Parts {
             pulses,
             line: Line::start(device.USART3, receiver, transmitter)?,
             vibrometer: Vibrometer::start(&device.ADC1, &device.ADC12_COMMON, samples)?,
+            #[cfg(feature = "keep")]
+            flash: Flash::new(device.FLASH),
             watchdog: Watchdog::new(device.IWDG),
             reset_cause,
         })

@@ -3,18 +3,15 @@
 //! | step | register of RM0440 and RM0433, chapter of the IWDG |
 //! |---|---|
 //! | it starts, and cannot be stopped | `IWDG_KR` |
-//! | it counts 32 kHz over four | `IWDG_PR` |
-//! | a change acts once its flag is clear | `IWDG_SR`: `RVU`, `WVU` |
+//! | it counts 32 kHz over four, and over 256 while the flash works | `IWDG_PR` |
+//! | a change acts once its flag is clear | `IWDG_SR`: `PVU`, `RVU`, `WVU` |
 //! | fed above the window it restarts the board too; to write the window feeds | `IWDG_WINR` |
 
-use super::hardware::pac;
+use super::hardware::{STORING_PERIODS, pac};
 use super::wait::wait_until;
 
 /// Periods of 32 kHz / 4 in 10 ms, longer than construction of a filter.
 const PERIODS: u16 = 80;
-/// The most that the register holds: half a second. A description takes two erasures of 25 ms and 440 words of 90 us,
-/// and to forget one four erasures.
-const STORING_PERIODS: u16 = 4095;
 /// The window that is always open.
 const OPEN: u16 = 4095;
 
@@ -25,8 +22,21 @@ const TICKS_PER_FEED: u64 = 100;
 /// come twice as fast as they should restart the board.
 const WINDOW: u16 = PERIODS - 4;
 
-/// Longest time until a change acts: ten periods of the clock.
-const CHANGE_MICROS: u32 = 1000;
+/// How long the watchdog waits, in periods of its clock, and from when on it may be fed.
+struct Wait {
+    /// Whether a period is 8 ms, instead of 125 us.
+    is_slow: bool,
+    periods: u16,
+    window: u16,
+}
+
+/// While ticks run.
+const RUNNING: Wait = Wait { is_slow: false, periods: PERIODS, window: WINDOW };
+/// While the flash works.
+const STORING: Wait = Wait { is_slow: true, periods: STORING_PERIODS, window: OPEN };
+
+/// Longest time until a change acts: at most six periods of the slower clock, 48 ms.
+const CHANGE_MICROS: u32 = 100_000;
 
 /// Restarts the board when it is not fed for 10 ms, or too often. It cannot be stopped.
 #[derive(Debug)]
@@ -45,8 +55,7 @@ impl Watchdog {
     pub fn start(&mut self) {
         self.device.kr().write(|w| w.key().start());
         self.device.kr().write(|w| w.key().unlock());
-        self.device.pr().write(|w| w.pr().divide_by4());
-        self.wait_for(PERIODS, WINDOW);
+        self.wait_for(&RUNNING);
     }
 
     /// To be called once a tick, with the number of the timer's interrupt that made it.
@@ -59,25 +68,30 @@ impl Watchdog {
         }
     }
 
-    /// Does `work` of the store, for which the watchdog waits half a second: the flash may hold the processor.
+    /// Does `work` of the store, for which the watchdog waits longer: the flash may hold the processor.
     pub fn while_storing<T>(&mut self, work: impl FnOnce() -> T) -> T {
-        self.wait_for(STORING_PERIODS, OPEN);
+        self.wait_for(&STORING);
         let done = work();
-        self.wait_for(PERIODS, WINDOW);
+        self.wait_for(&RUNNING);
         done
     }
 
-    /// From now on it waits for so many periods of its clock, and may be fed from `window` on.
-    fn wait_for(&mut self, periods: u16, window: u16) {
+    /// From now on it waits as `wait` says. Fed before its clock changes, it has at least 50 periods of either clock
+    /// left then.
+    fn wait_for(&mut self, wait: &Wait) {
         let device = &self.device;
         device.kr().write(|w| w.key().unlock());
         device.winr().write(|w| w.win().set(OPEN));
         let _ = wait_until(CHANGE_MICROS, || device.sr().read().wvu().bit_is_clear());
-        device.rlr().write(|w| w.rl().set(periods));
+        device.kr().write(|w| w.key().feed());
+        device.kr().write(|w| w.key().unlock());
+        device.pr().write(|w| if wait.is_slow { w.pr().divide_by256() } else { w.pr().divide_by4() });
+        let _ = wait_until(CHANGE_MICROS, || device.sr().read().pvu().bit_is_clear());
+        device.rlr().write(|w| w.rl().set(wait.periods));
         let _ = wait_until(CHANGE_MICROS, || device.sr().read().rvu().bit_is_clear());
         device.kr().write(|w| w.key().feed());
         device.kr().write(|w| w.key().unlock());
-        device.winr().write(|w| w.win().set(window));
+        device.winr().write(|w| w.win().set(wait.window));
         let _ = wait_until(CHANGE_MICROS, || device.sr().read().wvu().bit_is_clear());
         self.fed_at = None;
     }

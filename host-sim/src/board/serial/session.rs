@@ -32,6 +32,8 @@ const FIRST_ANSWER_MAX: Duration = Duration::from_secs(2);
 const HELLO_EVERY: Duration = Duration::from_millis(250);
 /// Time for any other answer. A filter takes some ms to build, on an emulated board up to a second.
 const ANSWER_MAX: Duration = Duration::from_secs(3);
+/// Time for the answer of a board whose flash works: a board erases for up to 4.4 s to forget a description.
+const STORE_ANSWER_MAX: Duration = Duration::from_secs(10);
 /// Time after which the board is asked something else, to see whether an answer is late, or was lost.
 const LATE_AFTER: Duration = Duration::from_millis(250);
 /// Stops that are sent before the host gives up, and the time for the answer to each.
@@ -377,7 +379,7 @@ impl BoardSession {
         self.send(message)?;
         // A board whose flash works hears no questions.
         let works = matches!(message, HostMessage::Keep | HostMessage::Forget);
-        match self.answer_within(if works { ANSWER_MAX } else { LATE_AFTER }, what, is_answer) {
+        match self.answer_within(if works { STORE_ANSWER_MAX } else { LATE_AFTER }, what, is_answer) {
             Err(SerialError::Unanswered { .. }) if !works => {}
             answered => return answered.map(|_| ()),
         }

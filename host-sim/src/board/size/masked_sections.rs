@@ -4,6 +4,7 @@
 //! ```text
 //! 1011 0110 0111 0010                       cpsid i          masks
 //! 1011 0110 0110 0010                       cpsie i          unmasks
+//! 1011 0110 0111 0001, 1011 0110 0110 0001  cpsid f, cpsie f likewise, faults as well
 //! 11110 01110 0 0 Rn | 10 0 0 1000 00010000 msr primask, Rn  as before the `cpsid i` whose end it is
 //! ```
 //!
@@ -226,8 +227,8 @@ fn steps(function: &Function, code_from: &[(u32, bool)], ends: impl Fn(u32) -> b
 
 fn narrow_step(at: u32, code: u32) -> Step {
     match (code, narrow(at, code)) {
-        (0xb672, _) => Step::Mask,
-        (0xb662, _) => Step::Unmask,
+        (0xb671 | 0xb672, _) => Step::Mask,
+        (0xb661 | 0xb662, _) => Step::Unmask,
         // UDF.
         (0xde00..=0xdeff, _) => Step::End,
         (0xe000..=0xe7ff, Some(Branch::To(to))) => Step::Jump(to),
