@@ -22,7 +22,7 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use tempfile::TempDir;
 
 use crate::programs::{elf, elf_with, host_sim};
-use crate::starved::{Starved, WaitOfEmulator};
+use crate::starved::{Starved, Waits};
 
 /// The rate of the line: that of the firmware.
 pub const BAUD: u32 = LINE_BAUD;
@@ -117,7 +117,7 @@ struct Cable {
 /// The emulated board, and a cable to a port of this machine.
 pub struct CabledBoard {
     qemu: Child,
-    wait: WaitOfEmulator,
+    waits: Waits,
     cable: Option<Cable>,
     /// The board's end of the cable, while none is in its place. The emulator ends with its input.
     loose_end: Option<ChildStdin>,
@@ -177,9 +177,9 @@ impl CabledBoard {
         let to_host = Arc::new(Mutex::new(None));
         let host_end = Arc::clone(&to_host);
         spawn(move || carry_from_board(from_qemu, &host_end, &hear));
-        let wait = WaitOfEmulator::new(qemu.id());
+        let waits = Waits::new(qemu.id());
         let mut board =
-            Self { qemu, wait, cable: None, loose_end: Some(to_qemu), to_host, said, folder, _alone: alone };
+            Self { qemu, waits, cable: None, loose_end: Some(to_qemu), to_host, said, folder, _alone: alone };
         board.put_processor_last();
         board.plug(disturbance);
         board
@@ -247,9 +247,9 @@ impl CabledBoard {
         self.said.try_iter().collect()
     }
 
-    /// Whether a busy machine has spoilt the attempt whose command says `text`.
+    /// Whether a busy machine has spoilt the attempt whose command says `text`, to be asked once of each attempt.
     pub fn check_starved(&self, text: &[u8]) -> Result<(), Starved> {
-        self.wait.check(&String::from_utf8_lossy(text))
+        self.waits.check(&String::from_utf8_lossy(text))
     }
 
     /// Whether its cable is pulled.
@@ -265,7 +265,7 @@ impl CabledBoard {
     /// A command of `host-sim` on its port.
     pub fn command(&self, command: &str, arguments: &[&str]) -> Child {
         let Cable { port: (name, _), .. } = self.cable.as_ref().expect("a cable");
-        host_sim()
+        let child = host_sim()
             .args([command, "--port", name, "--baud", &BAUD.to_string()])
             .args(INSTRUMENTS)
             .args(arguments)
@@ -273,7 +273,9 @@ impl CabledBoard {
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
-            .expect("host-sim starts")
+            .expect("host-sim starts");
+        self.waits.watch(child.id());
+        child
     }
 
     /// The next message for which `take` has a value.
@@ -304,7 +306,7 @@ impl CabledBoard {
                 let mut stderr = String::new();
                 let pipe = run.stderr.as_mut().expect("a pipe");
                 pipe.read_to_string(&mut stderr).expect("text");
-                self.wait.check(&stderr)?;
+                self.waits.check(&stderr)?;
                 panic!("it does not say so: {status} {stderr}");
             }
             assert!(begun.elapsed() < WAIT_MAX, "it does not say so");
