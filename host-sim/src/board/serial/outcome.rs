@@ -155,7 +155,7 @@ pub struct RateFigures {
     pub reason: Option<&'static str>,
     /// When that was, in s since arming.
     pub stopped_s: Option<f64>,
-    /// Mean rate in deg/s, clockwise positive, since when it was behind, of a motor that did not keep up in the end;
+    /// Mean rate in deg/s, clockwise positive, in all the time behind, of a motor that did not keep up in the end;
     /// `null` of one that did.
     pub reached_deg_s: Option<f64>,
     /// The range that the map promised before the run.

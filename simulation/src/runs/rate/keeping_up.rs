@@ -4,11 +4,13 @@
 //! behind = reference - estimated angle, in the direction asked for
 //! told:    for a second and longer of one rate the rotor has been behind by more than the loop allows one to be ahead,
 //!          and in this time behind grew by more than 1 % of the turn asked for
-//! reaches: the mean rate of this time, in which the loop drives as hard as it is of use
+//! reaches: the mean rate of all the time that it was behind since it last kept up with this rate
 //! ```
 //!
+//! In this time the loop drives as hard as it is of use; the search of the best amplitude is part of it.
+//!
 //! A rotor that comes near its reference keeps up. Where the reference was lost it begins anew at the rotor: then what
-//! was told holds until the rotor has been near for a second.
+//! was told holds until the rotor has been near for a second, and the time before the loss still counts.
 
 use controller::rate::RateTuning;
 use motor_model::{Angle, Time};
@@ -31,12 +33,24 @@ struct Stretch {
     behind_deg: f64,
 }
 
+/// How far a rotor has turned in how much time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Turned {
+    angle_deg: f64,
+    time_s: f64,
+}
+
 /// What has been seen of a rotor that follows a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeepingUp {
     /// How far behind a rotor may be, in degrees.
     allowed_deg: f64,
     stretch: Option<Stretch>,
+    /// The rate that was asked for last. In its stretches that are over, since the rotor last kept up, and in the one
+    /// under way: how far it turned, clockwise positive.
+    wanted_rad_s: f32,
+    before: Turned,
+    within: Turned,
     /// Whether the reference has been lost since the rotor was near it for a second, and since when it is near.
     lost: bool,
     near_since: Option<Time>,
@@ -48,16 +62,30 @@ impl KeepingUp {
     /// Nothing yet of a rotor of `scene`.
     pub fn new(scene: &Scene) -> Self {
         let allowed_deg = f64::from(RateTuning::new(&assumed(scene)).ahead_rad).to_degrees();
-        Self { allowed_deg, stretch: None, lost: false, near_since: None, told_deg_s: None }
+        Self {
+            allowed_deg,
+            stretch: None,
+            wanted_rad_s: 0.0,
+            before: Turned::default(),
+            within: Turned::default(),
+            lost: false,
+            near_since: None,
+            told_deg_s: None,
+        }
     }
 
     /// Takes a report at `at` of a rotor at `angle` that should turn at `wanted_rad_s` and be at `reference`, where
     /// there is one.
     pub fn take(&mut self, at: Time, wanted_rad_s: f32, reference: Option<Angle>, angle: Angle) {
         let Some(reference) = reference.filter(|_| wanted_rad_s.abs() > 0.0) else {
-            (self.stretch, self.near_since, self.lost) = (None, None, true);
+            self.end_stretch();
+            (self.near_since, self.lost) = (None, true);
             return;
         };
+        if self.wanted_rad_s.to_bits() != wanted_rad_s.to_bits() {
+            (self.wanted_rad_s, self.before, self.within) =
+                (wanted_rad_s, Turned::default(), Turned::default());
+        }
         let along = f64::from(wanted_rad_s.signum());
         let behind_deg = along * reference.minus(angle).degrees();
         if behind_deg <= self.allowed_deg {
@@ -72,21 +100,31 @@ impl KeepingUp {
             return;
         }
         let time_s: f64 = at.seconds_since(stretch.at);
+        self.within = Turned { angle_deg: angle.minus(stretch.angle).degrees(), time_s };
         if time_s >= JUDGED_S {
             let asked_deg = f64::from(wanted_rad_s.abs()).to_degrees() * time_s;
             let falls_behind = behind_deg - stretch.behind_deg > FALLS_BEHIND * asked_deg;
-            let rate_deg_s = angle.minus(stretch.angle).degrees() / time_s;
-            self.told_deg_s = falls_behind.then_some(rate_deg_s);
+            let (before, within) = (self.before, self.within);
+            let mean_deg_s = (before.angle_deg + within.angle_deg) / (before.time_s + within.time_s);
+            self.told_deg_s = falls_behind.then_some(mean_deg_s);
         }
     }
 
     /// The rotor is near its reference.
     fn note_near(&mut self, at: Time) {
-        self.stretch = None;
+        self.end_stretch();
         let near_s: f64 = at.seconds_since(*self.near_since.get_or_insert(at));
         if !self.lost || near_s >= JUDGED_S {
-            (self.lost, self.told_deg_s) = (false, None);
+            (self.lost, self.told_deg_s, self.before) = (false, None, Turned::default());
         }
+    }
+
+    /// The rotor is not behind any more, or has nothing to be behind of.
+    fn end_stretch(&mut self) {
+        self.stretch = None;
+        let within = std::mem::take(&mut self.within);
+        self.before.angle_deg += within.angle_deg;
+        self.before.time_s += within.time_s;
     }
 
     /// What the motor reaches, in deg/s, clockwise positive; `None` while it keeps up.
@@ -100,7 +138,7 @@ pub const CANNOT_KEEP_UP: &str = "the motor cannot keep up";
 
 /// The same with what it reaches.
 pub fn cannot_keep_up(reached_deg_s: f64) -> String {
-    format!("{CANNOT_KEEP_UP}: it turned {reached_deg_s:+.1} deg/s in the time it was behind")
+    format!("{CANNOT_KEEP_UP}: it turned {reached_deg_s:+.1} deg/s in all the time it was behind")
 }
 
 #[cfg(test)]
@@ -176,6 +214,38 @@ mod tests {
         }
         let fastest = keeping_up.reached_deg_s().unwrap();
         assert!((fastest - 220.0).abs() < 0.1, "{fastest}");
+    }
+
+    /// Behind before and after a loss of the reference, by which nothing is kept up with: what is told is the mean of
+    /// both times. A rotor that was near for a second has kept up, and so has one with another rate: what was before is
+    /// not part of it.
+    #[test]
+    fn exact_all_the_time_behind_counts() {
+        /// Of a rotor that turns at 200 deg/s for 2 s, 5 degrees behind at first, then at 240 until 5 s. The reference
+        /// of `wanted` before, and 250 deg/s afterwards, begins anew at 2 s, and waits for `near_ms` there.
+        fn seen(wanted: f32, near_ms: u32) -> f64 {
+            let mut keeping_up = KeepingUp::new(&Scene::default());
+            for ms in 0..=5000 + near_ms {
+                let time_s = 1e-3 * f64::from(ms);
+                let later_s = time_s - 2.0;
+                let (wanted, reference, angle) = if later_s < 0.0 {
+                    (wanted, f64::from(wanted) * time_s, 200.0 * time_s - 5.0)
+                } else {
+                    let turned_s = (later_s - 1e-3 * f64::from(near_ms)).max(0.0);
+                    (250.0, 395.0 + 250.0 * turned_s, 395.0 + 240.0 * turned_s)
+                };
+                let reference = (ms != 2000).then(|| Angle::from_degrees(reference));
+                let at = Time::from_nanos(u64::from(ms) * 1_000_000);
+                keeping_up.take(at, wanted.to_radians(), reference, Angle::from_degrees(angle));
+            }
+            keeping_up.reached_deg_s().unwrap()
+        }
+        // It falls behind by 10 deg/s, and is behind from 3 degrees on.
+        let both = (200.0 * 2.0 + 240.0 * 2.7) / (2.0 + 2.7);
+        for (wanted, near_ms, expected) in [(250.0, 0, both), (250.0, 1100, 240.0), (300.0, 0, 240.0)] {
+            let told = seen(wanted, near_ms);
+            assert!((told - expected).abs() < 0.1, "{wanted} {near_ms}: {told} {expected}");
+        }
     }
 
     /// Where the reference is lost each second nothing is told.

@@ -62,7 +62,7 @@ pub struct RateOutcome {
     /// When that was, in s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped_s: Option<f64>,
-    /// Mean rate in deg/s, clockwise positive, since when it was behind, of a motor that did not keep up in the end
+    /// Mean rate in deg/s, clockwise positive, in all the time behind, of a motor that did not keep up in the end
     /// ([`super::KeepingUp`]); left out of one that did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reached_deg_s: Option<f64>,
