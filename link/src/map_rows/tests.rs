@@ -28,6 +28,27 @@ fn dual_the_messages_hold_the_map() {
     assert_eq!(ResponseMap::try_new(*map.design(), &cruises, tables, end.step_walk_correlation), Ok(*map));
 }
 
+/// Each number of what was learnt has its place on the wire: value before variance, families in their order, mode B
+/// before mode C. It comes back from there.
+#[test]
+fn exact_what_was_learnt_has_its_places() {
+    let factor = |number: u8| LearntFactor { value: f32::from(number), variance: f32::from(number) + 0.5 };
+    let offset = |number: u8| ResonanceOffset { hz: f32::from(number), hz2: f32::from(number) + 0.5 };
+    let learnt = LearntFactors {
+        bursts: Family::ALL.map(|family| factor(family as u8)),
+        step_walk_covariance: -1.0,
+        rates: [10, 11].map(factor),
+        resonances: [20, 21].map(offset),
+    };
+    let record = LearntRecord {
+        factors: [[0.0, 0.5], [1.0, 1.5], [2.0, 2.5], [3.0, 3.5], [4.0, 4.5], [10.0, 10.5], [11.0, 11.5]],
+        step_walk_covariance: -1.0,
+        resonances: [[20.0, 20.5], [21.0, 21.5]],
+    };
+    assert_eq!(LearntRecord::from(learnt), record);
+    assert_eq!(LearntFactors::from(record), learnt);
+}
+
 #[test]
 fn exact_a_cruise_has_a_mode() {
     let record = CruiseRecord::from(&ResponseMap::table_1().cruises()[0]);
