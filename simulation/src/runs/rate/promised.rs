@@ -123,6 +123,18 @@ mod tests {
         }
     }
 
+    /// Where the amplitude is limited the map promises the rate of its second strongest cruise, and no other.
+    #[test]
+    fn exact_a_limited_amplitude_limits_the_range() {
+        let map = ResponseMap::table_1();
+        let [.., weaker, strongest] = map.cruises_of(DriveMode::B) else { panic!("cruises") };
+        let between = 0.5 * (weaker.amplitude + strongest.amplitude);
+        let said = PromisedRange::by(map, between, 1.0, false);
+        let expected = f64::from(weaker.rate_rad_s).to_degrees();
+        assert!((said.clockwise.mean_deg_s - expected).abs() < 1e-9, "{said:?} {expected}");
+        assert!(weaker.rate_rad_s < strongest.rate_rad_s);
+    }
+
     /// A motor whose mode B is dead has no rows of it: no rate clockwise is promised.
     #[test]
     fn exact_a_mode_without_cruises_promises_nothing() {
