@@ -158,14 +158,33 @@ impl Configured {
     /// Construction of the filter computes in double precision and takes longer than a tick. It happens here, before
     /// arming.
     pub(super) fn build(memory: &mut MoveMemory, asked: Asked, bench: &Bench) -> Result<(), MoveError> {
-        let configured = match asked {
-            Asked::Move(configuration) => Self::Move(Move::asked(&memory.map, configuration, bench)?),
-            Asked::Rate(configuration) => Self::Rate(Rate::asked(&memory.map, configuration, bench)?),
-            Asked::Experiments(configuration) => Self::Experiments(Experiments::asked(configuration, bench)?),
-        };
+        Self::check(&memory.map, asked, bench)?;
         SelectedFilter::build(&mut memory.filter, asked.filter(), &bench.design, &bench.instruments)?;
-        memory.configured = Some(configured);
         memory.tracker = memory.map.map().ok().map(ResonanceTracker::of);
+        Self::put(memory, asked, bench)
+    }
+
+    /// What is asked for, checked.
+    fn of(map: &MapMemory, asked: Asked, bench: &Bench) -> Result<Self, MoveError> {
+        Ok(match asked {
+            Asked::Move(configuration) => Self::Move(Move::asked(map, configuration, bench)?),
+            Asked::Rate(configuration) => Self::Rate(Rate::asked(map, configuration, bench)?),
+            Asked::Experiments(configuration) => Self::Experiments(Experiments::asked(configuration, bench)?),
+        })
+    }
+
+    /// Whether it is refused.
+    // Never inlined: while the filter is constructed, which takes most of the stack, no task is on it.
+    #[inline(never)]
+    fn check(map: &MapMemory, asked: Asked, bench: &Bench) -> Result<(), MoveError> {
+        Self::of(map, asked, bench).map(|_| ())
+    }
+
+    /// Puts it in its place.
+    // Never inlined: as above.
+    #[inline(never)]
+    fn put(memory: &mut MoveMemory, asked: Asked, bench: &Bench) -> Result<(), MoveError> {
+        memory.configured = Some(Self::of(&memory.map, asked, bench)?);
         Ok(())
     }
 

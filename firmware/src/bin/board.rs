@@ -49,25 +49,32 @@ mod board {
         timer.enable_interrupt();
     }
 
+    /// Makes both tasks. The timer task waits for the first interrupt.
+    // Never inlined: the places that the tasks are moved through are then not on the stack of the loop.
+    #[inline(never)]
+    fn make_tasks(width: Width, enable: Enable, vibrometer: Vibrometer) -> MainLoop<'static> {
+        let memory = singleton!(: TaskMemory = TaskMemory::new()).expect("the only one");
+        // Not `expect`, which would print the error, with 30 kB of code for its numbers.
+        let Ok((timer_task, loop_task)) = memory.tasks(width, enable, vibrometer) else {
+            panic!("the nominal motor is out of its bounds")
+        };
+        free(|token| FIRST_TIMER_TASK.borrow(token).set(Some(timer_task)));
+        MainLoop::new(loop_task, stack_words())
+    }
+
     #[entry]
     fn main() -> ! {
         let started = Peripherals::take().zip(Parts::take());
         // The text is kept over the restart, and the host asks why the board started.
         let (mut core, parts) = started.expect("a clock, the supply or the converter does not start");
-        let memory = singleton!(: TaskMemory = TaskMemory::new()).expect("the only one");
         let Parts { width, enable, pulses, mut line, vibrometer, mut watchdog, reset_cause, .. } = parts;
-        // Not `expect`, which would print the error, with 30 kB of code for its numbers.
-        let Ok((timer_task, loop_task)) = memory.tasks(width, enable, vibrometer) else {
-            panic!("the nominal motor is out of its bounds")
-        };
-        let mut main_loop = MainLoop::new(loop_task, stack_words());
+        let mut main_loop = make_tasks(width, enable, vibrometer);
         let crash = crash::take();
         main_loop.task.record_reset(crash.as_ref().map_or(reset_cause, |crash| crash.kind.reset_cause()));
         #[cfg(feature = "keep")]
         let mut store = Store::new(parts.flash);
         #[cfg(feature = "keep")]
         main_loop.task.restore(&mut store);
-        free(|token| FIRST_TIMER_TASK.borrow(token).set(Some(timer_task)));
         let logs = telemetry::open();
         let crash = crash.filter(|_| logs);
         if let Some(crash) = &crash {
