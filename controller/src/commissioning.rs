@@ -19,6 +19,7 @@
 //! | [`sweep`], [`resonance`] | the drive's frequency in steps, and the curve through the powers |
 //! | this one | the plan: takes responses, and orders what comes next |
 //! | [`order`] | what to measure next |
+//! | [`limits`] | the travel and the strongest drive |
 //! | [`evidence`], [`repeats`] | what was measured of each row |
 //! | [`row_factors`], [`map_factors`] | the factors by Bayes' rule, and where the prior does not hold |
 //! | [`commissioned_map`] | the map that follows |
@@ -34,6 +35,7 @@ pub mod evidence;
 pub mod experiment;
 pub mod experimenter;
 pub mod findings;
+mod limits;
 pub mod map_factors;
 mod order;
 mod quantiles;

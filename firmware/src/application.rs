@@ -35,6 +35,7 @@
 //! | `zero` | the angle from which all angles of the link are counted |
 //! | `map_memory` | the response map, as it comes in parts |
 //! | `kept` | the description over a loss of power |
+//! | `reports` | which ticks are reported |
 //! | `measurements`, `ports` | the queues of measurements until the next tick, and what a tick sees of the board |
 
 mod board_facts;
@@ -56,6 +57,7 @@ mod map_memory;
 mod measurements;
 mod observation;
 mod ports;
+mod reports;
 mod retarget;
 mod session;
 #[cfg(test)]
@@ -74,7 +76,6 @@ use link::{
 use motor_model::{Angle, DriveCommand, Time};
 
 use crate::design::DesignedDrive;
-use crate::loop_report::LoopReport;
 use crate::telemetry::{ArmingState, Entry, Telemetry};
 pub use configured_move::MoveMemory;
 use configured_move::{Asked, Bench};
@@ -83,6 +84,7 @@ use kept::StoreRequest;
 use measurements::MeasurementQueues;
 use observation::Observation;
 use ports::Ports;
+use reports::Reports;
 use session::Session;
 
 /// The host is silent after this many ticks without a frame: 10 ms, a hundred camera frames.
@@ -127,8 +129,7 @@ pub struct Application<'m, D> {
     /// A fault that has latched and was not sent yet.
     latched_fault: Option<BoardFault>,
     telemetry: Telemetry,
-    /// What the amplifier applied in the last report.
-    reported_drive: DriveCommand,
+    reports: Reports,
     /// Whether the host's [`HostMessage::Step`] makes the ticks, and no timer.
     in_lock_step: bool,
     /// The most bytes that the stack has taken, as far as is known.
@@ -165,7 +166,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             overruns_in_a_row: 0,
             latched_fault: None,
             telemetry: Telemetry::default(),
-            reported_drive: DriveCommand::OFF,
+            reports: Reports::default(),
             in_lock_step: true,
             stack_bytes_max: 0,
             stack_bytes: 0,
@@ -211,11 +212,10 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         self.tick_and_report(true)
     }
 
-    /// The same, with a report if one `is_due`, and of a tick in which a move or an experiment applies another drive
-    /// than in the last report. A rate changes its drive too often for that.
+    /// The same, with a report where the host needs one, or of every tick.
     // Never inlined: `host-sim size` follows every call from here.
     #[inline(never)]
-    pub fn tick_and_report(&mut self, is_due: bool) -> Option<TickRecord> {
+    pub fn tick_and_report(&mut self, of_every_tick: bool) -> Option<TickRecord> {
         self.elapsed_ticks += 1;
         if self.is_driving() && self.elapsed_ticks - self.last_frame_at > SILENT_TICKS {
             self.latch(BoardFault::HostSilent);
@@ -239,11 +239,10 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         let counted = || Counters { oversize: deframer.oversize, dropped, ..*counters };
         telemetry.note(tick, arming, report.as_ref(), counted);
         let report = report?;
-        let changes = report.applied() != self.reported_drive && !matches!(report, LoopReport::Rate { .. });
-        if !is_due && !changes {
+        if !self.reports.is_due(&report) && !of_every_tick {
             return None;
         }
-        self.reported_drive = report.applied();
+        self.reports.told(&report);
         Some(TickRecord::from(&report))
     }
 
@@ -318,6 +317,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             HostMessage::Hello => {
                 self.forget_description();
                 self.zero = Angle::ZERO;
+                self.reports = Reports::default();
                 self.stop();
                 if self.has_store {
                     return self.ask_store(StoreRequest::Restore);
@@ -372,6 +372,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             HostMessage::Jog(jog) => self.jog(jog),
             HostMessage::SelfTest => return self.self_test(),
             HostMessage::Zero { angle_units } => self.set_zero(*angle_units),
+            HostMessage::ReportPeriod { ticks } => self.set_report_period(*ticks),
         })
     }
 
@@ -393,6 +394,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
                 *tracker = Some(ResonanceTracker::of(map));
                 *in_flight = configured.no_decisions();
                 in_flight.clear();
+                self.reports.begin();
                 self.state = State::Armed;
                 BoardMessage::Armed
             }

@@ -156,7 +156,6 @@ impl TaskMemory {
             application,
             ticks: tick_consumer,
             last_interrupt: 0,
-            report_at: 0,
             begun: &self.begun,
             just_begun: false,
         };

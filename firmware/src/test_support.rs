@@ -9,7 +9,7 @@ use controller::ResponseMap;
 use controller::response_map::{Burst, Cruise, Family, direction};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
-use link::{Configuration, FRAME_BYTES_MAX, FilterKind, Header, HostMessage, encode};
+use link::{Configuration, FRAME_BYTES_MAX, FilterKind, Header, HostMessage, MoveLimitsRecord, encode};
 use motor_model::{DriveMode, MotorParams, Parameter};
 
 use crate::amplifier::Cutoff;
@@ -107,6 +107,7 @@ pub const MOVE: Configuration = Configuration {
     target_deg: 90.0,
     tolerance_deg: 0.02,
     deadline_nanos: 30_000_000_000,
+    limits: MoveLimitsRecord { travel_deg: None, on_max_nanos: None, amplitude_max: None },
 };
 
 pub fn framed(header: Header, message: &HostMessage) -> Vec<u8> {

@@ -17,16 +17,22 @@ use heapless::Vec;
 use motor_model::{DriveMode, OutOfBounds};
 use serde::{Deserialize, Serialize};
 
+use crate::limits;
 use crate::message::FilterKind;
 use crate::numbering::Coded;
 
 /// Experiments, instead of a move.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExperimentsConfiguration {
     /// The filter to estimate by.
     pub filter: FilterKind,
     /// Time after arming at which they end, in ns, at most [`Self::TIME_MAX_S`].
     pub time_max_nanos: u64,
+    /// Least and greatest angle in degrees between which the rotor may be driven, bounds as in
+    /// [`controller::Travel::try_new`]; `None` for any.
+    pub travel_deg: Option<(f64, f64)>,
+    /// Strongest drive that may be ordered, 0 to 1; `None` for full drive.
+    pub amplitude_max: Option<f32>,
 }
 
 impl ExperimentsConfiguration {
@@ -36,12 +42,14 @@ impl ExperimentsConfiguration {
     /// The tuning for `instruments`.
     ///
     /// # Errors
-    /// When the time is out of bounds.
+    /// When the time or a limit is out of bounds.
     pub fn checked(&self, instruments: &Instruments) -> Result<ExperimentTuning, OutOfBounds> {
-        #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
-        let time_max_s = self.time_max_nanos as f64 / 1e9;
-        OutOfBounds::check("experiment.time_max_s", time_max_s, 0.0, Self::TIME_MAX_S, "s")?;
-        Ok(ExperimentTuning::new(instruments).with_time_max(self.time_max_nanos))
+        limits::check_s("experiment.time_max_s", self.time_max_nanos, (0.0, Self::TIME_MAX_S))?;
+        let (travel, amplitude_max) =
+            (limits::travel(self.travel_deg)?, limits::amplitude_max(self.amplitude_max)?);
+        Ok(ExperimentTuning::new(instruments)
+            .with_time_max(self.time_max_nanos)
+            .with_limits(travel, amplitude_max))
     }
 }
 
@@ -210,6 +218,8 @@ impl From<&ShownRecord> for Response {
 
 #[cfg(test)]
 mod tests {
+    use controller::Travel;
+
     use super::*;
 
     /// An order comes back as it was, and its refusals name what is wrong.
@@ -250,13 +260,36 @@ mod tests {
     }
 
     #[test]
-    fn exact_the_time_has_bounds() {
-        let configured = |time_max_nanos| {
-            ExperimentsConfiguration { filter: FilterKind::ConstantRate, time_max_nanos }
-                .checked(&Instruments::default())
+    fn exact_time_and_limits_have_bounds() {
+        const ANY: ExperimentsConfiguration = ExperimentsConfiguration {
+            filter: FilterKind::ConstantRate,
+            time_max_nanos: 60_000_000_000,
+            travel_deg: None,
+            amplitude_max: None,
         };
-        assert_eq!(configured(60_000_000_000).unwrap(), ExperimentTuning::new(&Instruments::default()));
-        assert_eq!(configured(5).unwrap(), ExperimentTuning::new(&Instruments::default()).with_time_max(5));
-        assert_eq!(configured(3_600_000_000_001).unwrap_err().key, "experiment.time_max_s");
+        let instruments = Instruments::default();
+        let default = ExperimentTuning::new(&instruments);
+        let time = |time_max_nanos| ExperimentsConfiguration { time_max_nanos, ..ANY };
+        let travel = |travel_deg| ExperimentsConfiguration { travel_deg: Some(travel_deg), ..ANY };
+        let amplitude = |amplitude| ExperimentsConfiguration { amplitude_max: Some(amplitude), ..ANY };
+        let tenth = Travel::try_new(-36.0, 36.0).unwrap();
+        for (taken, tuning) in [
+            (ANY, default),
+            (time(5), default.with_time_max(5)),
+            (travel((-36.0, 36.0)), default.with_limits(tenth, 1.0)),
+            (amplitude(0.0), default.with_limits(Travel::FREE, 0.0)),
+            (amplitude(1.0), default),
+        ] {
+            assert_eq!(taken.checked(&instruments).unwrap(), tuning, "{taken:?}");
+        }
+        for (refused, key) in [
+            (time(3_600_000_000_001), "experiment.time_max_s"),
+            (travel((f64::NAN, 1.0)), "travel.least_deg"),
+            (travel((2.0, 1.0)), "travel.greatest_deg"),
+            (amplitude(1.01), "limits.amplitude_max"),
+            (amplitude(f32::NAN), "limits.amplitude_max"),
+        ] {
+            assert_eq!(refused.checked(&instruments).unwrap_err().key, key, "{refused:?}");
+        }
     }
 }

@@ -3,10 +3,12 @@
 //! # In the order of the data
 //!
 //! - [`HostMessage`], [`BoardMessage`]: all that is sent.
-//! - [`Configuration`]: which filter, which target. [`TickRecord`]: what a tick of the loop did, every bit of it.
+//! - [`Configuration`]: which filter, which target, within which limits.
+//! - [`TickRecord`]: what a tick of the loop did, every bit of it.
 //! - [`RateConfiguration`]: which rate, for how long, within which limits. [`RatePhase`]: what becomes of it.
-//! - [`ExperimentsConfiguration`], [`ExperimentRecord`], [`ResponseRecord`]: how long experiments may take, which one
-//!   is ordered, and what it has shown.
+//! - [`ExperimentsConfiguration`], [`ExperimentRecord`], [`ResponseRecord`]: how long experiments may take and within
+//!   which limits, which one is ordered, and what it has shown.
+//! - [`HostMessage::ReportPeriod`]: how often the host needs a report.
 //! - [`MapRows`], [`map_messages`]: a response map, a few rows in each frame; [`MapFault`]: why it is refused.
 //! - [`LearntRecord`]: what moves have learnt of the motor, in and out.
 //! - [`ForecastAnswer`]: what a move will take, or the tolerance that can be met instead.
@@ -62,11 +64,13 @@ mod forecast;
 pub mod frame;
 mod identity;
 mod jog;
+mod limits;
 mod map_rows;
 mod message;
 pub mod numbering;
 mod observation;
 mod rate;
+mod report_period;
 mod self_test;
 mod sequence;
 mod tick_record;
@@ -91,6 +95,7 @@ pub use frame::{
 };
 pub use identity::{BoardIdentity, LOOP_DIGEST, ResetCause};
 pub use jog::{Jog, JogReport};
+pub use limits::MoveLimitsRecord;
 pub use map_rows::{
     BurstRecord, CruiseRecord, LearntRecord, MAP_ROWS_MAX, MapEnd, MapFault, MapRows, map_messages, rows_of,
 };
@@ -101,6 +106,7 @@ pub use message::{
 pub use numbering::{Coded, Numbered, PhaseRecord};
 pub use observation::{CameraAges, VelocitySums};
 pub use rate::{RateConfiguration, RateLimitsRecord, RatePhase, RateRecord};
+pub use report_period::{CHANGE_TICKS, REPORT_TICKS, REPORT_TICKS_MAX, checked_report_ticks};
 pub use self_test::SelfTestReport;
 pub use sequence::{Arrival, BoardSequence, Sequence};
 pub use tick_record::{CommandRecord, EstimateRecord, InnovationRecord, TickRecord};

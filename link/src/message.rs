@@ -1,8 +1,8 @@
 //! The messages. Names carry units; bounds are checked where a value is used.
 
-use controller::LDV_SAMPLES_PER_TICK_MAX;
+use controller::{LDV_SAMPLES_PER_TICK_MAX, Limits, Target};
 use estimator::{CameraFrame, Instruments, LdvSample};
-use motor_model::{Angle, Time};
+use motor_model::{Angle, OutOfBounds, Time};
 use serde::{Deserialize, Serialize};
 
 use crate::description::DescriptionDigests;
@@ -10,6 +10,7 @@ use crate::experiment::{ExperimentRecord, ExperimentsConfiguration, ResponseReco
 use crate::forecast::ForecastAnswer;
 use crate::identity::BoardIdentity;
 use crate::jog::{Jog, JogReport};
+use crate::limits::MoveLimitsRecord;
 use crate::map_rows::{LearntRecord, MapEnd, MapFault, MapRows};
 use crate::rate::RateConfiguration;
 use crate::self_test::SelfTestReport;
@@ -112,6 +113,16 @@ pub enum HostMessage {
     /// Asks what the configured move has learnt of the motor until now; before a move is armed that is what the map
     /// says. A stop configures the move anew. Refused without a move.
     Learnt,
+    /// How often the host needs a report, in every state. [`HostMessage::Hello`] sets it to
+    /// [`REPORT_TICKS`](crate::REPORT_TICKS). Whatever it is, a report comes in the tick in which a move or an
+    /// experiment changes its drive, and at a change of health or of the kind of phase, of those at most one in
+    /// [`CHANGE_TICKS`](crate::CHANGE_TICKS) since the last report of any kind; the last one is never left out. Refused
+    /// when it is out of bounds.
+    ReportPeriod {
+        /// Ticks from one report to the next, 1 to [`REPORT_TICKS_MAX`](crate::REPORT_TICKS_MAX), or 0 for those of
+        /// changes alone. A board of that is silent for as long as the longest period, and no longer.
+        ticks: u16,
+    },
 }
 
 /// From the board to the host.
@@ -172,6 +183,11 @@ pub enum BoardMessage {
     Response(ResponseRecord),
     /// Answer to [`HostMessage::Learnt`].
     Learnt(LearntRecord),
+    /// Answer to [`HostMessage::ReportPeriod`].
+    ReportPeriod {
+        /// Ticks from one report to the next, as asked for.
+        ticks: u16,
+    },
 }
 
 /// The filters that the board has.
@@ -194,8 +210,25 @@ pub struct Configuration {
     pub target_deg: f64,
     /// Tolerance to either side of the target, in degrees; bounds as in [`controller::Target::try_new`].
     pub tolerance_deg: f64,
-    /// Time after arming at which the move is given up, in ns.
+    /// Time after arming at which the move is given up, in ns, at most a day.
     pub deadline_nanos: u64,
+    /// The limits within which the motor is driven.
+    pub limits: MoveLimitsRecord,
+}
+
+impl Configuration {
+    /// The target, and the limits of the move.
+    ///
+    /// # Errors
+    /// When target, tolerance, deadline or a limit is out of bounds, or the target outside of the travel.
+    pub fn checked(&self) -> Result<(Target, Limits), OutOfBounds> {
+        let target = Target::try_new(self.target_deg, self.tolerance_deg)?;
+        let limits = self.limits.checked(self.deadline_nanos)?;
+        if let Some((least_deg, greatest_deg)) = self.limits.travel_deg {
+            OutOfBounds::check("position.to_deg", self.target_deg, least_deg, greatest_deg, "deg")?;
+        }
+        Ok((target, limits))
+    }
 }
 
 /// A target on the wire.

@@ -219,6 +219,7 @@ numbered!(PhaseRecord {
     31 = [Self::Experiment(ExperimentPhase::Ended(CommissioningEnd::NoEstimate))],
     32 = [Self::Experiment(ExperimentPhase::Ended(CommissioningEnd::NeverRests))],
     33 = [Self::Rate(RatePhase::Stopped(RateStop::NoEstimate))],
+    34 = [Self::Experiment(ExperimentPhase::Ended(CommissioningEnd::EndOfTravel))],
 });
 
 /// The byte of a `T` as it came over the wire. Two are equal when their bytes are.
@@ -321,7 +322,7 @@ mod tests {
     }
 
     /// As many as the enumerations have values: 2 and twice 11 reasons, 1, 2 and 6 rejections, off and 2 modes, 6
-    /// phases and 11 reasons, 3 phases of a rate and 4 reasons, 5 of experiments and 4 ends, 5 families, these and the
+    /// phases and 11 reasons, 3 phases of a rate and 4 reasons, 5 of experiments and 5 ends, 5 families, these and the
     /// cruises, 9 numbers.
     #[test]
     fn exact_every_value_comes_back_and_other_numbers_have_none() {
@@ -329,7 +330,7 @@ mod tests {
         check_round_trip::<Source>(1);
         check_round_trip::<Verdict>(8);
         check_round_trip::<Option<DriveMode>>(3);
-        check_round_trip::<PhaseRecord>(34);
+        check_round_trip::<PhaseRecord>(35);
         check_round_trip::<Family>(5);
         check_round_trip::<MapPlace>(6);
         check_round_trip::<MapField>(9);

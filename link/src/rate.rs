@@ -3,12 +3,13 @@
 //! Both sides read what is asked by [`RateConfiguration::checked`], so that the host knows beforehand what the board
 //! refuses.
 
+use controller::RateReport;
 use controller::rate::{Dwell, RateLimits, RateStop, RateTuning};
-use controller::{RateReport, Travel};
 use estimator::Instruments;
 use motor_model::OutOfBounds;
 use serde::{Deserialize, Serialize};
 
+use crate::limits::{self, TIME_MAX_S, check_s};
 use crate::message::FilterKind;
 
 /// A rate to hold.
@@ -27,11 +28,13 @@ pub struct RateConfiguration {
 /// [`RateLimits`] on the wire.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RateLimitsRecord {
-    /// Least and greatest angle in degrees between which the rotor may be driven, bounds as in [`Travel::try_new`];
-    /// `None` for any.
+    /// Least and greatest angle in degrees between which the rotor may be driven, bounds as in
+    /// [`controller::Travel::try_new`]; `None` for any.
     pub travel_deg: Option<(f64, f64)>,
     /// Longest time with the drive on in ns, added up, at most [`RateConfiguration::TIME_MAX_S`]; `None` for any.
     pub on_max_nanos: Option<u64>,
+    /// Strongest drive, 0 to 1; `None` for full drive.
+    pub amplitude_max: Option<f32>,
     /// Length in ns of the windows in which the rotor is seen to follow, within [`Self::WINDOW_S`]; `None` for that
     /// which the instruments ask for.
     pub progress_window_nanos: Option<u64>,
@@ -39,7 +42,7 @@ pub struct RateLimitsRecord {
 
 impl RateConfiguration {
     /// Longest times, in s: a day.
-    pub const TIME_MAX_S: f64 = 86_400.0;
+    pub const TIME_MAX_S: f64 = TIME_MAX_S;
 
     /// The rate, and the tuning on a bench of `instruments`.
     ///
@@ -49,7 +52,8 @@ impl RateConfiguration {
         let profile = Dwell::try_new(self.rate_deg_s)?;
         check_s("rate.duration_s", self.duration_nanos, (0.0, Self::TIME_MAX_S))?;
         let tuning = RateTuning::new(instruments);
-        Ok((profile, RateTuning { limits: self.limits.within(tuning.limits)?, ..tuning }))
+        let amplitude_max = limits::amplitude_max(self.limits.amplitude_max)?;
+        Ok((profile, RateTuning { amplitude_max, limits: self.limits.within(tuning.limits)?, ..tuning }))
     }
 }
 
@@ -60,10 +64,7 @@ impl RateLimitsRecord {
 
     /// The limits, those of `default` where there is none here.
     fn within(&self, default: RateLimits) -> Result<RateLimits, OutOfBounds> {
-        let travel = match self.travel_deg {
-            None => default.travel,
-            Some((least_deg, greatest_deg)) => Travel::try_new(least_deg, greatest_deg)?,
-        };
+        let travel = limits::travel(self.travel_deg)?;
         if let Some(on_max_nanos) = self.on_max_nanos {
             check_s("rate.on_max_s", on_max_nanos, (0.0, RateConfiguration::TIME_MAX_S))?;
         }
@@ -77,11 +78,6 @@ impl RateLimitsRecord {
             ..default
         })
     }
-}
-
-fn check_s(key: &'static str, nanos: u64, (min, max): (f64, f64)) -> Result<(), OutOfBounds> {
-    #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
-    OutOfBounds::check(key, nanos as f64 / 1e9, min, max, "s").map(|_| ())
 }
 
 /// What becomes of a rate.
@@ -119,6 +115,7 @@ pub struct RateRecord {
 
 #[cfg(test)]
 mod tests {
+    use controller::Travel;
     use controller::rate::RATE_MAX_RAD_S;
 
     use super::*;
@@ -128,7 +125,12 @@ mod tests {
         filter: FilterKind::ConstantRate,
         rate_deg_s: -100.0,
         duration_nanos: 2 * S,
-        limits: RateLimitsRecord { travel_deg: None, on_max_nanos: None, progress_window_nanos: None },
+        limits: RateLimitsRecord {
+            travel_deg: None,
+            on_max_nanos: None,
+            amplitude_max: None,
+            progress_window_nanos: None,
+        },
     };
 
     /// Without limits of its own a rate has those of the simulation's; each limit goes to its place.
@@ -140,6 +142,7 @@ mod tests {
         let limits = RateLimitsRecord {
             travel_deg: Some((-10.0, 20.0)),
             on_max_nanos: Some(3 * S),
+            amplitude_max: Some(0.5),
             progress_window_nanos: Some(S / 2),
         };
         let (_, tuning) = RateConfiguration { limits, ..RATE }.checked(&instruments).unwrap();
@@ -149,7 +152,8 @@ mod tests {
             progress_window_nanos: S / 2,
             ..RateTuning::new(&instruments).limits
         };
-        assert_eq!(tuning, RateTuning { limits: expected, ..RateTuning::new(&instruments) });
+        let default = RateTuning::new(&instruments);
+        assert_eq!(tuning, RateTuning { amplitude_max: 0.5, limits: expected, ..default });
     }
 
     /// Each number is refused by its own key, beyond either bound, and taken at it.
@@ -161,6 +165,7 @@ mod tests {
         let travel =
             |least, greatest| limits(RateLimitsRecord { travel_deg: Some((least, greatest)), ..none });
         let on_max = |nanos| limits(RateLimitsRecord { on_max_nanos: Some(nanos), ..none });
+        let amplitude = |amplitude| limits(RateLimitsRecord { amplitude_max: Some(amplitude), ..none });
         let window = |nanos| limits(RateLimitsRecord { progress_window_nanos: Some(nanos), ..none });
         let duration = |duration_nanos| RateConfiguration { duration_nanos, ..RATE };
         let max_deg_s = RATE_MAX_RAD_S.to_degrees();
@@ -172,6 +177,8 @@ mod tests {
             (travel(f64::NAN, 1.0), "travel.least_deg"),
             (travel(2.0, 1.0), "travel.greatest_deg"),
             (on_max(86_401 * S), "rate.on_max_s"),
+            (amplitude(1.01), "limits.amplitude_max"),
+            (amplitude(f32::NAN), "limits.amplitude_max"),
             (window(S / 100 - 1), "rate.progress_window_s"),
             (window(60 * S + 1000), "rate.progress_window_s"),
         ] {
@@ -185,6 +192,8 @@ mod tests {
             travel(1.0, 2.0),
             on_max(0),
             on_max(86_400 * S),
+            amplitude(0.0),
+            amplitude(1.0),
             window(S / 100),
             window(60 * S),
         ] {

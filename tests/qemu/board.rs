@@ -10,8 +10,8 @@ use host_sim::board::pil::FreeRunningBoard;
 use host_sim::board::telemetry::{LogDictionary, LogEntry, LogReader};
 use link::{
     BoardFault, BoardMessage, Configuration, Counters, DescriptionDigest, DescriptionDigests,
-    FRAME_BYTES_MAX, FilterKind, HostMessage, KeptDescription, TargetRecord, VERSION, description_messages,
-    encode,
+    FRAME_BYTES_MAX, FilterKind, HostMessage, KeptDescription, MoveLimitsRecord, TargetRecord, VERSION,
+    description_messages, encode,
 };
 use motor_model::{Angle, MotorParams};
 
@@ -20,6 +20,7 @@ const MOVE: Configuration = Configuration {
     target_deg: 90.0,
     tolerance_deg: 0.02,
     deadline_nanos: 30_000_000_000,
+    limits: MoveLimitsRecord { travel_deg: None, on_max_nanos: None, amplitude_max: None },
 };
 
 /// A board, and what it has said.

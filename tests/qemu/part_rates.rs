@@ -22,8 +22,8 @@ use host_sim::board::pil::FreeRunningBoard;
 use host_sim::scene_files::GalleryScene;
 use link::{
     BoardFault, BoardMessage, CommandRecord, Configuration, Counters, EstimateRecord, FRAME_BYTES_MAX,
-    FilterKind, HostMessage, InnovationRecord, PhaseRecord, RateConfiguration, RateLimitsRecord, TickRecord,
-    description_messages, encode,
+    FilterKind, HostMessage, InnovationRecord, MoveLimitsRecord, PhaseRecord, RateConfiguration,
+    RateLimitsRecord, TickRecord, description_messages, encode,
 };
 use motor_model::{Angle, DriveCommand};
 use serde_json::Value;
@@ -101,6 +101,7 @@ impl ScriptedRun {
                 target_deg: scene.number("position.to_deg"),
                 tolerance_deg: scene.number("position.tolerance_deg"),
                 deadline_nanos: scene.nanos("position.deadline_s"),
+                limits: MoveLimitsRecord::default(),
             }),
         );
         let outcome = position::run_with(scene, |closed_loop, moment| {

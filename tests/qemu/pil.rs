@@ -3,6 +3,7 @@
 use std::process::Output;
 use std::sync::OnceLock;
 
+use controller::commissioning::CommissioningEnd;
 use controller::{PositionLoop, TickReport};
 use host_sim::board::BoardError;
 use host_sim::board::pil::{LockStepBoard, Processor};
@@ -13,7 +14,7 @@ use rand_pcg::Pcg64;
 use serde_json::Value;
 use simulation::Scene;
 use simulation::runs::tick_driver::TickMeasurements;
-use simulation::runs::{position, rate};
+use simulation::runs::{commission, position, rate};
 
 use crate::host_sim;
 
@@ -347,6 +348,28 @@ fn dual_pil_holds_the_rate_that_the_host_holds() {
     }
 }
 
+/// A limit ends a move on the board where it ends the host's: weaker drives, shorter ones, the end of the travel. A
+/// target outside of the travel is refused in one line.
+#[test]
+fn dual_pil_keeps_the_limits_that_the_host_keeps() {
+    for (to, sets, stopped) in [
+        ("20", &["limits.amplitude_max=0.5", "position.deadline_s=0.2"][..], Some("TimedOut")),
+        ("20", &["limits.drive_on_s=0.02", "position.hold_s=0.01"], None),
+        ("-5", &["limits.least_deg=-5", "position.tolerance_deg=0.005", "seed=2"], Some("OutOfTravel")),
+    ] {
+        let mut arguments = vec!["--board", "m4", "--to", to];
+        arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
+        let run = identical(&arguments);
+        let to = format!("position.to_deg={to}");
+        let alone = position::run(&scene(&[&[to.as_str()], sets].concat()), |_| ()).expect("a scene");
+        assert_eq!(alone.stopped.as_deref(), stopped, "{alone:?}");
+        assert_eq!(run["outcome"], serde_json::to_value(alone).expect("JSON"), "{sets:?}");
+    }
+    let outside = pil(&["--to", "20", "--set", "limits.greatest_deg=19"]);
+    let stderr = String::from_utf8_lossy(&outside.stderr);
+    assert!(outside.status.code() == Some(2) && stderr.contains("limits.greatest_deg = 19"), "{stderr}");
+}
+
 /// The firmware sweeps both modes and drives cruises as the host does, to the last bit of every report and every
 /// response, and the host makes the same of it as of its own: nothing turns this motor, which needs few experiments.
 #[test]
@@ -355,4 +378,12 @@ fn dual_pil_commissions_as_the_host_does() {
     assert_eq!((&run["is_fit"], &run["difference"]), (&Value::Bool(false), &Value::Null), "{run}");
     // Two sweeps, and the strongest cruise of either mode.
     assert_eq!(run["responses"], 4, "{run}");
+    // The first cruise of a motor that turns leaves this travel: both end in its tick, after the sweeps or before.
+    let travel = ["--set", "limits.greatest_deg=100", "--set", "limits.least_deg=-100"];
+    let run = identical(&[&["--commission"], &travel[..]].concat());
+    let scene = scene(&["limits.greatest_deg=100", "limits.least_deg=-100"]);
+    let alone = commission::run(&scene, |_| ()).expect("a scene").commissioned;
+    assert_eq!(alone.end, CommissioningEnd::EndOfTravel);
+    let ticks = f64::from(alone.time_s) * 1e5;
+    assert!(run["is_fit"] == false && (run["steps"].as_f64().expect("ticks") - ticks).abs() < 2.0, "{run}");
 }

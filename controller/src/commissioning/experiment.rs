@@ -58,6 +58,15 @@ impl Experiment {
         }
     }
 
+    /// Amplitude of the drive, 0 to 1.
+    pub fn amplitude(&self) -> f32 {
+        match *self {
+            Self::Sweep { amplitude, .. }
+            | Self::Cruise { amplitude, .. }
+            | Self::Train { amplitude, .. } => amplitude,
+        }
+    }
+
     /// Offset of the drive's frequency from the design's, in Hz: 0 of a sweep, which has many.
     pub fn offset_hz(&self) -> f32 {
         match *self {
@@ -72,10 +81,8 @@ impl Experiment {
     /// When the amplitude is not above 0 and at most 1, the offset exceeds [`LearntFactors::OFFSET_MAX_HZ`], a burst is
     /// empty or longer than [`Self::BURST_TICKS_MAX`], or there is none or more than [`TRAIN_MAX`] of them.
     pub fn checked(self) -> Result<Self, OutOfBounds> {
-        let (Self::Sweep { amplitude, .. } | Self::Cruise { amplitude, .. } | Self::Train { amplitude, .. }) =
-            self;
         let least = f64::from(f32::MIN_POSITIVE);
-        OutOfBounds::check("experiment.amplitude", amplitude.into(), least, 1.0, "")?;
+        OutOfBounds::check("experiment.amplitude", self.amplitude().into(), least, 1.0, "")?;
         let most_hz = f64::from(LearntFactors::OFFSET_MAX_HZ);
         OutOfBounds::check("experiment.offset_hz", self.offset_hz().into(), -most_hz, most_hz, "Hz")?;
         if let Self::Train { ticks, count, .. } = self {

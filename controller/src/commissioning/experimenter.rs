@@ -6,8 +6,8 @@
 //!       |    +---------+                              +------------------------------+
 //!       |  at rest and measured                            |  its drive is over, or the estimate is lost
 //!       |    +---------+ <---------------------------------+
-//!       +--- | Resting |                   Ended: the time is over, the estimate is lost for too long or too often,
-//!            +---------+                          or the rotor does not come to rest with the drive off
+//!       +--- | Resting |                   Ended: the time is over, the travel ends, the estimate is lost for too
+//!            +---------+                    long or too often, or the rotor does not come to rest with the drive off
 //! ```
 //!
 //! It begins in `Resting`, and drives nothing that is not ordered. Nothing allocates or panics, and a tick takes little
@@ -24,6 +24,7 @@ use super::sweep::Sweep;
 use crate::positioning::PositioningTuning;
 use crate::response_map::direction;
 use crate::settling_watch::WindowStart;
+use crate::target::Travel;
 
 /// Time in ns of a cruise before its rate is measured: the rotor spins up within it.
 const SPIN_UP_NANOS: u64 = 150_000_000;
@@ -42,6 +43,9 @@ const FOUND_SD_HZ: [f32; 2] = [7.0, 20.0];
 pub struct ExperimentTuning {
     /// Time in ns after which they end.
     pub(super) time_max_nanos: u64,
+    /// Angles between which the rotor may be driven, and the strongest drive.
+    pub(super) travel: Travel,
+    pub(super) amplitude_max: f32,
     /// Noise of the vibrometer in m/s; 0 without one.
     noise_m_s: f32,
     /// Length in ns of the windows of a cruise: at least ten frames.
@@ -54,13 +58,15 @@ pub struct ExperimentTuning {
 }
 
 impl ExperimentTuning {
-    /// For `instruments`: a minute.
+    /// For `instruments`: a minute, any angle, full drive.
     pub fn new(instruments: &Instruments) -> Self {
         let positioning = PositioningTuning::new(instruments);
         #[expect(clippy::cast_possible_truncation, reason = "the controller computes in f32")]
         let noise_m_s = instruments.vibrometer.map_or(0.0, |vibrometer| vibrometer.noise_m_s) as f32;
         Self {
             time_max_nanos: 60_000_000_000,
+            travel: Travel::FREE,
+            amplitude_max: DriveCommand::AMPLITUDE_MAX,
             noise_m_s,
             window_nanos: WINDOW_NANOS.max(positioning.settling_window_nanos / 2),
             settling_window_nanos: positioning.settling_window_nanos,
@@ -143,6 +149,11 @@ pub struct Experimenter {
 }
 
 impl CruiseRun {
+    /// Its direction.
+    pub(super) fn along(&self) -> f32 {
+        self.along
+    }
+
     /// The estimate is lost at `now`.
     fn lost_at(&self, now: Time) -> Pending {
         let Self { along, from, from_rad2, since, .. } = *self;
@@ -232,6 +243,7 @@ impl Experimenter {
                     self.blind_since = None;
                 }
                 self.step(now, estimate, wide);
+                self.end_at_travel(estimate);
             } else {
                 self.wait(now);
             }

@@ -34,6 +34,8 @@ pub enum CommissioningEnd {
     NoEstimate,
     /// The rotor did not come to rest with the drive off.
     NeverRests,
+    /// A drive led out of the travel.
+    EndOfTravel,
 }
 
 /// Why a motor is not fit for use.
@@ -50,6 +52,8 @@ pub enum Unfit {
     NeverRests,
     /// The time was over before any drive was measured.
     NotMeasured,
+    /// The travel ended before any drive was measured.
+    NoTravel,
     /// A mode turns it in the direction of the other.
     OtherWay {
         /// The mode.
@@ -78,6 +82,7 @@ impl fmt::Display for Unfit {
             ),
             Self::NeverRests => f.write_str("the rotor does not come to rest within 3 s with the drive off"),
             Self::NotMeasured => f.write_str("the time was over before any drive was measured"),
+            Self::NoTravel => f.write_str("the end of the travel was reached before any drive was measured"),
             Self::OtherWay { mode: DriveMode::B } => f.write_str("mode B turns the rotor counter-clockwise"),
             Self::OtherWay { mode: DriveMode::C } => f.write_str("mode C turns the rotor clockwise"),
             Self::NothingTurns => f.write_str("neither mode turns the rotor"),
@@ -154,7 +159,10 @@ impl Commissioning {
             CommissioningEnd::TimeOver if self.evidence.rows_measured() == 0 => {
                 return Err(Unfit::NotMeasured);
             }
-            CommissioningEnd::TimeOver | CommissioningEnd::Enough => (),
+            CommissioningEnd::EndOfTravel if self.evidence.rows_measured() == 0 => {
+                return Err(Unfit::NoTravel);
+            }
+            CommissioningEnd::TimeOver | CommissioningEnd::EndOfTravel | CommissioningEnd::Enough => (),
         }
         if findings.iter().filter(|finding| finding.kind == FindingKind::Dead).count() == 2 {
             return Err(Unfit::NothingTurns);

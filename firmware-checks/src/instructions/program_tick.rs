@@ -25,7 +25,8 @@ use firmware::main_loop::{MainLoop, SerialLine};
 use firmware::tasks::{Converter, SAMPLES_PER_TICK, TaskMemory, TimerTask};
 use heapless::Deque;
 use link::{
-    CameraRecord, Configuration, FRAME_BYTES_MAX, FilterKind, Header, HostMessage, encode, encode_camera,
+    CameraRecord, Configuration, FRAME_BYTES_MAX, FilterKind, Header, HostMessage, MoveLimitsRecord, encode,
+    encode_camera,
 };
 use motor_model::{Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
@@ -239,8 +240,8 @@ impl Bench<'_> {
     #[inline(never)]
     fn arm(&mut self, filter: FilterKind, target_deg: f64) {
         let deadline_nanos = 2 * TICKS_PER_TARGET * PositionLoop::TICK_NANOS;
-        let configuration =
-            Configuration { filter, target_deg, tolerance_deg: TOLERANCE_DEG, deadline_nanos };
+        let (tolerance_deg, limits) = (TOLERANCE_DEG, MoveLimitsRecord::default());
+        let configuration = Configuration { filter, target_deg, tolerance_deg, deadline_nanos, limits };
         let ticks = u8::try_from(LATENCY_TICKS_MAX).unwrap_or(u8::MAX);
         for message in [
             HostMessage::Hello,

@@ -4,7 +4,7 @@
 use controller::commissioning::{ExperimentReport, ExperimentTuning, Experimenter, tick_experiment};
 use controller::{Drive, InFlight, Sense};
 use link::{BoardFault, BoardMessage, ExperimentRecord, ExperimentsConfiguration, ResponseRecord};
-use motor_model::{OutOfBounds, Time};
+use motor_model::{Angle, OutOfBounds, Time};
 
 use super::configured_move::{Bench, MoveError};
 use crate::filter::SelectedFilter;
@@ -34,9 +34,10 @@ impl Experiments {
         self.configuration
     }
 
-    /// Begins at `now`, with no order.
-    pub(super) fn begin(&mut self, now: Time) {
-        self.experimenter = Experimenter::new(self.tuning, now);
+    /// Begins at `now`, with no order. The travel counts from `zero`.
+    pub(super) fn begin(&mut self, zero: Angle, now: Time) {
+        let (travel, amplitude_max) = (self.tuning.travel().from_zero(zero), self.tuning.amplitude_max());
+        self.experimenter = Experimenter::new(self.tuning.with_limits(travel, amplitude_max), now);
     }
 
     /// A tick of their loop.
@@ -56,6 +57,7 @@ impl Experiments {
     /// When a value is out of bounds.
     pub(super) fn order(&mut self, record: &ExperimentRecord) -> Result<BoardMessage, OutOfBounds> {
         let (experiment, number) = (record.checked()?, self.experimenter.number());
+        self.experimenter.allows(&experiment)?;
         let is_next = record.number == number.wrapping_add(1);
         // The answer to the order under way was lost.
         let is_repeated = number > 0 && record.number == number;

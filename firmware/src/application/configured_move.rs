@@ -25,10 +25,6 @@ use crate::loop_report::LoopReport;
 #[expect(clippy::cast_possible_truncation, reason = "a few dozen")]
 const PARAMETER_INDEX_MAX: u8 = (Parameter::ALL.len() - 1) as u8;
 
-/// Longest deadline of a move, in ns, and its key: a day.
-const DEADLINE_MAX_S: f64 = 86_400.0;
-const DEADLINE_KEY: &str = "position.deadline_s";
-
 /// Key of the latency.
 const LATENCY_KEY: &str = "board.latency_ticks";
 
@@ -145,11 +141,8 @@ pub(super) fn asked<'m>(
     bench: &Bench,
 ) -> Result<(&'m ResponseMap, Target, Limits), MoveError> {
     let map = bench.check_map(map)?;
-    let Configuration { target_deg, tolerance_deg, deadline_nanos, .. } = *asked;
-    let target = Target::try_new(target_deg, tolerance_deg)?;
-    #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
-    OutOfBounds::check(DEADLINE_KEY, deadline_nanos as f64 * 1e-9, 0.0, DEADLINE_MAX_S, "s")?;
-    Ok((map, target, Limits { deadline_nanos, ..Limits::default() }))
+    let (target, limits) = asked.checked()?;
+    Ok((map, target, limits))
 }
 
 impl Configured {
@@ -201,10 +194,12 @@ impl Configured {
     pub(super) fn begin(&mut self, map: &ResponseMap, zero: Angle, now: Time) {
         match self {
             Self::Move(Move { target, tuning, positioning, .. }) => {
-                *positioning = Positioning::new(map, target.from_zero(zero), *tuning, now);
+                let limits = Limits { travel: tuning.limits.travel.from_zero(zero), ..tuning.limits };
+                let tuning = PositioningTuning { limits, ..*tuning };
+                *positioning = Positioning::new(map, target.from_zero(zero), tuning, now);
             }
             Self::Rate(rate) => rate.begin(zero, now),
-            Self::Experiments(experiments) => experiments.begin(now),
+            Self::Experiments(experiments) => experiments.begin(zero, now),
         }
     }
 

@@ -4,7 +4,7 @@
 use controller::commissioning::ExperimentReport;
 use controller::{Drive, InFlight, Sense};
 use link::{BoardMessage, ExperimentRecord, ExperimentsConfiguration};
-use motor_model::{OutOfBounds, Time};
+use motor_model::{Angle, OutOfBounds, Time};
 
 use super::configured_move::{Bench, MoveError};
 use crate::filter::SelectedFilter;
@@ -23,7 +23,7 @@ impl Experiments {
         match *self {}
     }
 
-    pub(super) fn begin(&mut self, _: Time) {
+    pub(super) fn begin(&mut self, _: Angle, _: Time) {
         match *self {}
     }
 

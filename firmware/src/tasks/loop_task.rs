@@ -14,18 +14,12 @@ use crate::application::Application;
 use crate::store::Store;
 use crate::telemetry::Entry;
 
-/// Ticks from one report to the host to the next: a thousand reports a second. Between them are those of the ticks in
-/// which a move or an experiment changes its drive, of which none is then unknown to the host.
-pub(super) const TICKS_PER_REPORT: u64 = 100;
-
 /// The work of the main loop.
 pub struct LoopTask<'q> {
     pub(super) application: Application<'q, CommandPort<'q>>,
     pub(super) ticks: Consumer<'q, Tick>,
     /// Number of the interrupt that made the last tick.
     pub(super) last_interrupt: u64,
-    /// That of the next report.
-    pub(super) report_at: u64,
     /// Only this task writes it.
     pub(super) begun: &'q AtomicU32,
     /// Whether the drive may be on since the last tick, and was off before: the loop was armed, or jogged.
@@ -108,11 +102,7 @@ impl LoopTask<'_> {
             self.application.record_lost_ticks(lost);
         }
         tick.samples().for_each(|sample| self.application.push_ldv_sample(sample));
-        let report_is_due = self.last_interrupt >= self.report_at;
-        if report_is_due {
-            self.report_at = self.last_interrupt + TICKS_PER_REPORT;
-        }
-        let report = self.application.tick_and_report(report_is_due);
+        let report = self.application.tick_and_report(false);
         // The interrupt in which the command acts has not come.
         let latency_ticks = self.application.amplifier().latency_ticks();
         self.application.record_deadline(self.ticks.len() < latency_ticks.max(1));

@@ -7,12 +7,11 @@ use controller::ResponseMap;
 use estimator::{Health, Source, Verdict};
 use link::{
     BoardFault, BoardMessage, CameraRecord, CommandRecord, EstimateRecord, FRAME_BYTES_MAX, Header,
-    HostMessage, InnovationRecord, Jog, LINE_BAUD, MotorParameterRecord, PhaseRecord, RatePhase, RateRecord,
-    SHORT_FRAME_BYTES, SelfTestReport, TickRecord, decode, encode, map_messages,
+    HostMessage, InnovationRecord, Jog, LINE_BAUD, MotorParameterRecord, PhaseRecord, REPORT_TICKS,
+    RatePhase, RateRecord, SHORT_FRAME_BYTES, SelfTestReport, TickRecord, decode, encode, map_messages,
 };
 use motor_model::{DriveMode, Parameter};
 
-use super::loop_task::TICKS_PER_REPORT;
 use super::*;
 use crate::test_support::{MOVE, Pin, Pins, framed};
 

@@ -33,7 +33,9 @@ use std::fmt;
 use std::ops::ControlFlow;
 
 use controller::map_correction::LearntFactors;
-use link::{BoardMessage, Configuration, FilterKind, HostMessage, TickRecord, description_messages};
+use link::{
+    BoardMessage, Configuration, FilterKind, HostMessage, MoveLimitsRecord, TickRecord, description_messages,
+};
 use serde::Serialize;
 
 use crate::board::BoardError;
@@ -130,9 +132,9 @@ fn verdict(identical: bool, steps: u64) -> String {
 /// are not Table 1's, the response map, and the move.
 ///
 /// # Errors
-/// When the scene's map is for another design.
+/// When the scene's map is for another design, or its target outside of its travel.
 pub(crate) fn preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
-    limits::check_move_on_board(scene)?;
+    limits::check_target(scene)?;
     let mut messages = description(scene)?;
     messages.push(HostMessage::Configure(configuration(scene)));
     Ok(messages)
@@ -155,6 +157,7 @@ pub(crate) fn acknowledgement(message: &HostMessage) -> BoardMessage {
         HostMessage::Zero { angle_units: Some(angle_units) } => {
             BoardMessage::Zeroed { angle_units: *angle_units }
         }
+        HostMessage::ReportPeriod { ticks } => BoardMessage::ReportPeriod { ticks: *ticks },
         HostMessage::Keep => BoardMessage::Kept,
         HostMessage::Forget => BoardMessage::Forgotten,
         _ => BoardMessage::Described,
@@ -179,11 +182,13 @@ pub(crate) fn filter_name(filter: FilterKind) -> &'static str {
 }
 
 fn configuration(scene: &Scene) -> Configuration {
+    let limits::Told { travel_deg, on_max_nanos, amplitude_max } = limits::Told::of_move(scene);
     Configuration {
         filter: filter_kind(scene),
         target_deg: scene.number("position.to_deg"),
         tolerance_deg: scene.number("position.tolerance_deg"),
         deadline_nanos: scene.nanos("position.deadline_s"),
+        limits: MoveLimitsRecord { travel_deg, on_max_nanos, amplitude_max },
     }
 }
 

@@ -32,6 +32,7 @@ pub(crate) fn end_word(end: CommissioningEnd) -> &'static str {
         CommissioningEnd::TimeOver => "time_over",
         CommissioningEnd::NoEstimate => "no_estimate",
         CommissioningEnd::NeverRests => "never_rests",
+        CommissioningEnd::EndOfTravel => "end_of_travel",
     }
 }
 

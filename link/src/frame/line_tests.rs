@@ -1,6 +1,7 @@
 //! Faults of a serial line: a byte that is stuck, and a receiver whose rate is not the sender's.
 
-use super::tests::{HEADER, framed, host_messages};
+use super::sample_messages::host_messages;
+use super::tests::{HEADER, framed};
 use super::*;
 use crate::Deframer;
 

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use controller::commissioning::experiment::{Experiment, Response};
 use controller::commissioning::resonance::SweepPoint;
 use controller::commissioning::{
-    Commissioned, Commissioning, CommissioningEnd, ExperimentPhase, ExperimentReport, ExperimentTuning,
-    Experimenter, tick_experiment,
+    Commissioned, Commissioning, CommissioningEnd, ExperimentPhase, ExperimentReport, Experimenter,
+    tick_experiment,
 };
 use controller::{InFlight, ResponseMap};
 use motor_model::{DriveMode, MotorParams, Parameter, Time};
@@ -109,7 +109,7 @@ impl CommissioningRun {
         let instruments = instruments::checked(scene)?;
         let program = ExperimentProgram {
             filter: AnyFilter::of(scene)?,
-            experimenter: Experimenter::new(ExperimentTuning::new(&instruments), Time::ZERO),
+            experimenter: Experimenter::new(limits::experiment_tuning(scene, &instruments), Time::ZERO),
             in_flight: InFlight::new(),
         };
         Ok(Self {

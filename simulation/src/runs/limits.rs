@@ -4,22 +4,21 @@
 //! |---|---|---|---|
 //! | move | a target outside is refused; the drive is cut at it | of one drive | kept |
 //! | rate | a reference that leaves it is refused; the drive is cut a coast before it | added up | kept |
-//! | experiments | refused if they may leave it, [`EXPERIMENTS_DEG`] to either side | any | refused below full drive |
+//! | experiments | the drive is cut at it, and they end | any | refused below full drive |
 //!
-//! A board is told travel and time of a rate, and none of it for a move or for experiments: it is refused there.
+//! A board is told the same ([`Told`]), and keeps to it as the simulation does.
 
+use controller::commissioning::ExperimentTuning;
 use controller::rate::{Profile, RateLimits, RateTuning};
 use controller::response_map::direction;
 use controller::{Limits, Travel};
+use estimator::Instruments;
 use motor_model::DriveMode;
 
 use crate::math::plain_number::plain;
 use crate::scene::keys::limits::{ANY_TIME_S, FREE_DEG};
 use crate::scene::{Scene, SceneError};
 use crate::world::instruments::assumed;
-
-/// Farthest that experiments turn a rotor: for a minute at the fastest rate that may be asked for.
-pub const EXPERIMENTS_DEG: f64 = 60.0 * 1100.0;
 
 /// Step in s in which the way of a rate is added up.
 const STEP_S: f64 = 1e-3;
@@ -65,48 +64,38 @@ pub fn rate_tuning(scene: &Scene) -> RateTuning {
     RateTuning { amplitude_max: amplitude_max(scene), limits, ..tuning }
 }
 
-/// What a board is told of the limits of a rate.
+/// The tuning of the experiments that commission a motor, with their limits.
+pub fn experiment_tuning(scene: &Scene, instruments: &Instruments) -> ExperimentTuning {
+    ExperimentTuning::new(instruments).with_limits(travel(scene), amplitude_max(scene))
+}
+
+/// What a board is told of the limits of a task.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ToldOfRate {
+pub struct Told {
     /// Travel in degrees; `None` for any.
     pub travel_deg: Option<(f64, f64)>,
-    /// Longest time with the drive on in ns, added up; `None` for any.
+    /// Longest time with the drive on in ns: of one drive of a move, or added up of a rate; `None` for any.
     pub on_max_nanos: Option<u64>,
+    /// Strongest drive, 0 to 1.
+    pub amplitude_max: Option<f32>,
 }
 
-/// What a board is told of the limits of the rate of `scene`.
-///
-/// # Errors
-/// When the drive is limited, which a board cannot be told.
-pub fn of_rate_on_board(scene: &Scene) -> Result<ToldOfRate, SceneError> {
-    untold(scene, &["limits.amplitude_max"], "a rate")?;
-    Ok(ToldOfRate { travel_deg: travel_deg(scene), on_max_nanos: on_max_nanos(scene) })
-}
+impl Told {
+    /// Of the move of `scene`. The deadline is not among them.
+    pub fn of_move(scene: &Scene) -> Self {
+        Self { on_max_nanos: Some(scene.nanos("limits.drive_on_s")), ..Self::of_experiments(scene) }
+    }
 
-/// Refuses the limits of a move that a board cannot be told: all but the deadline.
-///
-/// # Errors
-/// When one is set.
-pub fn check_move_on_board(scene: &Scene) -> Result<(), SceneError> {
-    let keys = ["limits.least_deg", "limits.greatest_deg", "limits.drive_on_s", "limits.amplitude_max"];
-    untold(scene, &keys, "a move")
-}
+    /// Of the rate of `scene`.
+    pub fn of_rate(scene: &Scene) -> Self {
+        Self { on_max_nanos: on_max_nanos(scene), ..Self::of_experiments(scene) }
+    }
 
-/// Refuses what a board cannot be told of `task`: each of `keys` that is not at its default.
-fn untold(scene: &Scene, keys: &[&'static str], task: &str) -> Result<(), SceneError> {
-    let nothing = Scene::default();
-    let is_set = |key: &&&'static str| scene.number(key).to_bits() != nothing.number(key).to_bits();
-    // All are read, also after one that is refused.
-    let set: Vec<_> = keys.iter().filter(is_set).collect();
-    set.first().map_or(Ok(()), |key| {
-        let (value, default) = (plain(scene.number(key)), plain(nothing.number(key)));
-        Err(SceneError::Conflict {
-            conflict: format!(
-                "a board cannot be told {key} = {value} for {task}: it takes {key} = {default} alone"
-            ),
-            hint: "in simulation the limit is kept".to_owned(),
-        })
-    })
+    /// Of the experiments on the motor of `scene`, each of which has a time of its own.
+    pub fn of_experiments(scene: &Scene) -> Self {
+        let amplitude_max = Some(amplitude_max(scene));
+        Self { travel_deg: travel_deg(scene), on_max_nanos: None, amplitude_max }
+    }
 }
 
 /// Refuses an angle that lies outside of the travel: `what`, for example a key with its value, leads there.
@@ -181,13 +170,12 @@ fn check_rate_drive(scene: &Scene, rate_deg_s: f64) -> Result<(), SceneError> {
     })
 }
 
-/// Refuses experiments that may leave the travel, or that drive harder than is allowed.
+/// Refuses experiments that drive harder than is allowed.
 ///
 /// # Errors
-/// When they may.
+/// When they do.
 pub fn check_experiments(scene: &Scene) -> Result<(), SceneError> {
     let most = scene.number("limits.amplitude_max");
-    check_travel(scene, "commissioning", -EXPERIMENTS_DEG, EXPERIMENTS_DEG)?;
     if most < 1.0 {
         return Err(SceneError::Conflict {
             conflict: format!("limits.amplitude_max = {}: commissioning drives at up to 1", plain(most)),
@@ -216,7 +204,14 @@ mod tests {
         let deadline_nanos = default.nanos("position.deadline_s");
         assert_eq!(of_move(&default), Limits { deadline_nanos, ..Limits::default() });
         assert_eq!(rate_tuning(&default), RateTuning::new(&assumed(&default)));
-        assert_eq!(of_rate_on_board(&default).unwrap(), ToldOfRate { travel_deg: None, on_max_nanos: None });
+        let experiments = ExperimentTuning::new(&assumed(&default));
+        assert_eq!(experiment_tuning(&default, &assumed(&default)), experiments);
+        let any = Told { travel_deg: None, on_max_nanos: None, amplitude_max: Some(1.0) };
+        assert_eq!((Told::of_rate(&default), Told::of_experiments(&default)), (any, any));
+        assert_eq!(
+            Told::of_move(&default),
+            Told { on_max_nanos: Some(Limits::default().on_max_nanos), ..any }
+        );
         let set = scene(&[
             "limits.least_deg=-90",
             "limits.greatest_deg=180",
@@ -229,10 +224,13 @@ mod tests {
         assert_eq!((moves.travel, moves.on_max_nanos, moves.amplitude_max), (travel, 2_000_000_000, 0.5));
         let RateTuning { amplitude_max, limits, .. } = rate_tuning(&set);
         assert_eq!((limits.travel, limits.on_max_nanos, amplitude_max), (travel, Some(3_000_000_000), 0.5));
-        let on_board = scene(&["limits.greatest_deg=180", "limits.drive_on_total_s=3"]);
-        let told = of_rate_on_board(&on_board).unwrap();
-        let expected = (Some((-FREE_DEG, 180.0)), Some(3_000_000_000));
-        assert_eq!((told.travel_deg, told.on_max_nanos), expected);
+        assert_eq!(experiment_tuning(&set, &assumed(&set)), experiments.with_limits(travel, 0.5));
+        let told = Told { travel_deg: Some((-90.0, 180.0)), on_max_nanos: None, amplitude_max: Some(0.5) };
+        assert_eq!(Told::of_experiments(&set), told);
+        assert_eq!(Told::of_move(&set), Told { on_max_nanos: Some(2_000_000_000), ..told });
+        assert_eq!(Told::of_rate(&set), Told { on_max_nanos: Some(3_000_000_000), ..told });
+        let one_sided = Told::of_move(&scene(&["limits.greatest_deg=180"])).travel_deg;
+        assert_eq!(one_sided, Some((-FREE_DEG, 180.0)));
     }
 
     /// A rate of 100 deg/s leads to 200 degrees in 2 s, one both ways there and back.
@@ -269,16 +267,11 @@ mod tests {
     }
 
     #[test]
-    fn exact_what_cannot_be_told_or_kept_is_refused() {
-        for set in ["limits.least_deg=-1e6", "limits.greatest_deg=1e6"] {
+    fn exact_experiments_below_full_drive_are_refused() {
+        for set in ["limits.least_deg=-180", "limits.greatest_deg=180", "limits.amplitude_max=1"] {
             assert_eq!(refused(check_experiments(&scene(&[set]))), "taken");
-            assert!(refused(check_move_on_board(&scene(&[set]))).contains("a board cannot be told"));
         }
-        for set in ["limits.least_deg=-180", "limits.greatest_deg=180", "limits.amplitude_max=0.9"] {
-            let text = refused(check_experiments(&scene(&[set])));
-            assert!(text.contains(&set.replace('=', " = ")), "{text}");
-        }
-        assert!(refused(of_rate_on_board(&scene(&["limits.amplitude_max=0.9"]))).contains("0.9 for a rate"));
-        assert_eq!(refused(check_move_on_board(&scene(&["limits.drive_on_total_s=5"]))), "taken");
+        let text = refused(check_experiments(&scene(&["limits.amplitude_max=0.9"])));
+        assert!(text.contains("limits.amplitude_max = 0.9"), "{text}");
     }
 }

@@ -4,7 +4,8 @@ use controller::commissioning::experiment::Experiment;
 use controller::commissioning::{
     CommissioningEnd, ExperimentPhase, ExperimentTuning, Experimenter, tick_experiment,
 };
-use controller::{InFlight, Sense as _};
+use controller::response_map::direction;
+use controller::{InFlight, Sense as _, Travel};
 use estimator::{ConstantRate, ConstantRateTuning, Instruments};
 use link::{
     ExperimentDrive, ExperimentRecord, ExperimentsConfiguration, FilterKind, PhaseRecord, ShownRecord,
@@ -14,8 +15,12 @@ use motor_model::Angle;
 use super::rate::Measured;
 use super::*;
 
-const ASKED: ExperimentsConfiguration =
-    ExperimentsConfiguration { filter: FilterKind::ConstantRate, time_max_nanos: 60_000_000_000 };
+const ASKED: ExperimentsConfiguration = ExperimentsConfiguration {
+    filter: FilterKind::ConstantRate,
+    time_max_nanos: 60_000_000_000,
+    travel_deg: None,
+    amplitude_max: None,
+};
 
 impl Bench {
     fn armed_for_experiments() -> Self {
@@ -209,4 +214,75 @@ fn law_experiments_out_of_bounds_are_refused_by_name() {
     }
     assert_eq!(bench.order(1, TRAIN), taken(1), "none of them counted");
     assert_eq!(bench.exchange(&HostMessage::Hold), fault(BoardFault::NoMove));
+}
+
+/// A cruise is driven until the rotor leaves the travel, which counts from the zero, and that tick ends the experiments
+/// for good: at the board as in the controller's own loop, to the last bit of every report.
+#[test]
+fn dual_the_travel_ends_the_experiments_of_a_board_as_of_the_controllers_loop() {
+    let (zero_deg, least_deg, greatest_deg) = (100.0, -5.0, 5.0);
+    let asked = ExperimentsConfiguration { travel_deg: Some((least_deg, greatest_deg)), ..ASKED };
+    for (mode, limit_deg) in [(DriveMode::B, greatest_deg), (DriveMode::C, least_deg)] {
+        let mut bench = Bench::new();
+        bench.exchange(&HostMessage::Hello);
+        let angle_units = Angle::from_degrees(zero_deg).units();
+        bench.exchange(&HostMessage::Zero { angle_units: Some(angle_units) });
+        bench.exchange(&HostMessage::ConfigureExperiments(asked));
+        bench.exchange(&HostMessage::Arm);
+        let instruments = Instruments::default();
+        let nominal = MotorParams::nominal();
+        let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::for_motor(&nominal, &instruments));
+        // By the camera's angle.
+        let travel = Travel::try_new(least_deg + zero_deg, greatest_deg + zero_deg).unwrap();
+        let tuning = ExperimentTuning::new(&instruments).with_limits(travel, 1.0);
+        let mut own = Experimenter::new(tuning, Time::ZERO);
+        let mut in_flight = InFlight::new();
+        let (mut turned_deg, mut last_deg, mut ended) = (0.0, None, 0);
+        for tick in 1..=100_000_u64 {
+            let dither_deg = if tick.is_multiple_of(20) { 0.01 } else { 0.0 };
+            let angle = Angle::from_degrees(zero_deg + turned_deg + dither_deg);
+            let mut measured = Measured::at(time(tick - 1), tick, angle);
+            bench.exchange(&HostMessage::Ldv(measured.sample.map(Into::into).into_iter().collect()));
+            if let Some(frame) = measured.frame {
+                bench.exchange(&HostMessage::Camera(frame.into()));
+            }
+            let theirs = bench.step().unwrap();
+            let now = time(tick);
+            let report = tick_experiment(&mut filter, &mut own, &mut in_flight, now, &mut measured);
+            let mut ours = TickRecord::from(&*report);
+            if let Some(estimate) = &mut ours.estimate {
+                estimate.angle_units -= angle_units;
+            }
+            assert_eq!(ours.difference(&theirs), None, "tick {tick}");
+            if own.phase() == ExperimentPhase::Ready && own.number() == 0 {
+                let cruise = Experiment::Cruise { mode, amplitude: 1.0, offset_hz: 0.0 };
+                assert!(own.order(cruise));
+                assert_eq!(bench.order(1, cruise), taken(1));
+            }
+            if !bench.off() {
+                turned_deg += f64::from(direction(mode)) * 50.0 * 1e-5;
+                last_deg = Some(turned_deg);
+            }
+            ended += u32::from(phase(&theirs) == ExperimentPhase::Ended(CommissioningEnd::EndOfTravel));
+        }
+        let last_deg = last_deg.expect("it was driven");
+        assert!(ended > 10_000 && bench.off(), "{ended} {:?} {last_deg}", own.phase());
+        // The rotor was driven up to the limit, as far as a camera of 10 kHz tells.
+        assert!((last_deg - limit_deg).abs() < 0.1, "{last_deg}");
+    }
+}
+
+/// An order that drives harder than is allowed is refused by name, and starts nothing.
+#[test]
+fn law_a_stronger_experiment_than_is_allowed_is_refused() {
+    let mut bench = Bench::new();
+    bench.exchange(&HostMessage::Hello);
+    let weak = ExperimentsConfiguration { amplitude_max: Some(0.25), ..ASKED };
+    bench.exchange(&HostMessage::ConfigureExperiments(weak));
+    bench.exchange(&HostMessage::Arm);
+    bench.rest_until(ExperimentPhase::Ready);
+    let key = "experiment.amplitude".try_into().unwrap();
+    assert_eq!(bench.order(1, TRAIN), fault(BoardFault::OutOfBounds { key }));
+    let weaker = Experiment::Cruise { mode: DriveMode::C, amplitude: 0.25, offset_hz: 0.0 };
+    assert_eq!(bench.order(1, weaker), taken(1));
 }

@@ -62,7 +62,12 @@ fn law_what_no_motor_has_is_refused() {
     assert_eq!(bench.exchange(end), [BoardMessage::Described]);
     bench.exchange(&HostMessage::Configure(MOVE));
     assert_eq!(bench.exchange(&HostMessage::Learnt), told(factors(1.25)));
-    let limits = RateLimitsRecord { travel_deg: None, on_max_nanos: None, progress_window_nanos: None };
+    let limits = RateLimitsRecord {
+        travel_deg: None,
+        on_max_nanos: None,
+        amplitude_max: None,
+        progress_window_nanos: None,
+    };
     let filter = MOVE.filter;
     let rate = RateConfiguration { filter, rate_deg_s: 50.0, duration_nanos: 1_000_000_000, limits };
     assert_eq!(bench.exchange(&HostMessage::ConfigureRate(rate)), [BoardMessage::Configured]);

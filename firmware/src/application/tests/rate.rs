@@ -13,7 +13,12 @@ pub(super) const RATE: RateConfiguration = RateConfiguration {
     filter: FilterKind::ConstantRate,
     rate_deg_s: 100.0,
     duration_nanos: 20_000 * MS,
-    limits: RateLimitsRecord { travel_deg: None, on_max_nanos: None, progress_window_nanos: None },
+    limits: RateLimitsRecord {
+        travel_deg: None,
+        on_max_nanos: None,
+        amplitude_max: None,
+        progress_window_nanos: None,
+    },
 };
 
 impl Bench {

@@ -173,7 +173,7 @@ fn law_all_traffic_of_a_move_is_at_most_70_percent_of_the_line() {
     let ticks = 20 * WINDOW_TICKS as u64;
     (1..=ticks).for_each(|tick| run.tick(tick));
     let reports = run.count(|said| matches!(said, BoardMessage::Report(_)));
-    let changes = reports - (ticks / TICKS_PER_REPORT) as usize;
+    let changes = reports - (ticks / u64::from(REPORT_TICKS)) as usize;
     assert!(changes >= 8, "four bursts begin and end: {changes}");
     for (is, kind) in [
         ((|said| *said == BoardMessage::Armed) as fn(&BoardMessage) -> bool, "armed"),
@@ -194,7 +194,7 @@ fn law_all_traffic_of_a_move_is_at_most_70_percent_of_the_line() {
 fn exact_the_line_carries_the_reports_of_a_rate() {
     let rate = RateRecord { wanted_rad_s: f32::MAX, reference_units: Some(i64::MAX) };
     let report = longest_report(PhaseRecord::Rate(RatePhase::Following), Some(rate));
-    let reports = WINDOW_TICKS as u64 / TICKS_PER_REPORT * report;
+    let reports = WINDOW_TICKS as u64 / u64::from(REPORT_TICKS) * report;
     let answers = [
         BoardMessage::Armed,
         BoardMessage::Counters(Counters::default()),

@@ -40,8 +40,12 @@ impl Beside {
         let mut bench = Bench::new();
         let configuration = Configuration { filter: link::FilterKind::ImpactAided, ..MOVE };
         let ticks = LATENCY_TICKS_MAX as u8;
-        let messages =
-            [HostMessage::Latency { ticks }, HostMessage::Configure(configuration), HostMessage::Arm];
+        let messages = [
+            HostMessage::Latency { ticks },
+            HostMessage::ReportPeriod { ticks: 1 },
+            HostMessage::Configure(configuration),
+            HostMessage::Arm,
+        ];
         for message in [HostMessage::Hello].iter().chain(&messages) {
             assert!(!matches!(bench.exchange(message)[..], [BoardMessage::Fault(_)]), "{message:?}");
         }
@@ -86,7 +90,6 @@ impl Beside {
             self.bench.exchange(&HostMessage::Camera(frame));
         }
         self.bench.received.clear();
-        self.bench.loop_task.report_at = 0;
         assert!(self.bench.run_tick());
         let [BoardMessage::Report(report)] = self.bench.received[..] else {
             panic!("{number}: {:?}", self.bench.received)

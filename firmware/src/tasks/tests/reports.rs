@@ -10,8 +10,12 @@ use super::*;
 /// Bursts that are shorter than the time between two reports are told to the tick.
 #[test]
 fn exact_every_change_of_the_drive_is_reported() {
-    let experiments =
-        ExperimentsConfiguration { filter: FilterKind::ConstantRate, time_max_nanos: 60_000_000_000 };
+    let experiments = ExperimentsConfiguration {
+        filter: FilterKind::ConstantRate,
+        time_max_nanos: 60_000_000_000,
+        travel_deg: None,
+        amplitude_max: None,
+    };
     let train = Experiment::Train { mode: DriveMode::C, amplitude: 0.5, offset_hz: 0.0, ticks: 30, count: 4 };
     let mut bench = Bench::new();
     for message in [HostMessage::Hello, HostMessage::ConfigureExperiments(experiments), HostMessage::Arm] {

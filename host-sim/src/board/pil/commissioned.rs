@@ -12,7 +12,7 @@ use super::frames::unexpected;
 use super::{Difference, Processor, compared, description, filter_kind, verdict};
 use crate::board::BoardError;
 use simulation::runs::commission::{CommissioningRun, Planned};
-use simulation::runs::limits;
+use simulation::runs::limits::{self, Told};
 use simulation::scene::Scene;
 
 /// Time in ns within which a motor is commissioned.
@@ -57,13 +57,16 @@ impl fmt::Display for ComparedCommissioning {
 /// move, and the experiments.
 ///
 /// # Errors
-/// When the scene's map is for another design.
+/// When the scene's map is for another design, or its motor may not be driven fully.
 pub(crate) fn commission_preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
     limits::check_experiments(scene)?;
+    let Told { travel_deg, amplitude_max, .. } = Told::of_experiments(scene);
     let mut messages = description(scene)?;
     messages.push(HostMessage::ConfigureExperiments(ExperimentsConfiguration {
         filter: filter_kind(scene),
         time_max_nanos: TIME_MAX_NANOS,
+        travel_deg,
+        amplitude_max,
     }));
     Ok(messages)
 }

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::{Difference, Processor, compared, description, filter_kind, verdict};
 use crate::board::BoardError;
-use simulation::runs::limits::{self, ToldOfRate};
+use simulation::runs::limits::Told;
 use simulation::runs::rate::{self, RateOutcome};
 use simulation::scene::Scene;
 
@@ -47,13 +47,13 @@ impl fmt::Display for ComparedRate {
 /// # Errors
 /// When the scene's map is for another design.
 pub(crate) fn rate_preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
-    let ToldOfRate { travel_deg, on_max_nanos } = limits::of_rate_on_board(scene)?;
+    let Told { travel_deg, on_max_nanos, amplitude_max } = Told::of_rate(scene);
     let mut messages = description(scene)?;
     messages.push(HostMessage::ConfigureRate(RateConfiguration {
         filter: filter_kind(scene),
         rate_deg_s: scene.number("rate.deg_s"),
         duration_nanos: scene.nanos("rate.duration_s"),
-        limits: RateLimitsRecord { travel_deg, on_max_nanos, ..RateLimitsRecord::default() },
+        limits: RateLimitsRecord { travel_deg, on_max_nanos, amplitude_max, ..RateLimitsRecord::default() },
     }));
     Ok(messages)
 }

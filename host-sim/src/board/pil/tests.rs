@@ -2,7 +2,7 @@ use super::*;
 use controller::map_correction::{LearntFactor, LearntFactors};
 use controller::rate::{Profile, RateHold};
 use controller::response_map::Burst;
-use controller::{Drive, Limits, PositionLoop, PositioningTuning, RateLoop, ResponseMap, Sense, Target};
+use controller::{Drive, PositionLoop, PositioningTuning, RateLoop, ResponseMap, Sense};
 use estimator::{CameraFrame, Instruments, LdvSample, ResonanceOffset};
 use link::{Coded, MapRows};
 use motor_model::{DriveCommand, MotorParams, Parameter, Time};
@@ -98,8 +98,7 @@ impl Processor for SecondLoop {
         let filter = |kind| AnyFilter::new(filter_name(kind), &design, &instruments);
         self.own = Some(match preparation.last() {
             Some(HostMessage::Configure(asked)) => {
-                let target = Target::try_new(asked.target_deg, asked.tolerance_deg)?;
-                let limits = Limits { deadline_nanos: asked.deadline_nanos, ..Limits::default() };
+                let (target, limits) = asked.checked()?;
                 let tuning = PositioningTuning { limits, ..PositioningTuning::new(&instruments) };
                 OwnLoop::Move(PositionLoop::new(filter(asked.filter)?, map, target, tuning, Time::ZERO))
             }
@@ -190,6 +189,38 @@ fn dual_a_second_loop_computes_the_same_from_what_it_is_told() {
     }
 }
 
+/// Moves whose limits matter. The last one ends at its travel.
+const LIMITED: [&[&str]; 3] = [
+    &["position.to_deg=20", "limits.amplitude_max=0.5", "position.deadline_s=0.2"],
+    &["position.to_deg=20", "limits.drive_on_s=0.02", "position.deadline_s=0.1"],
+    &["position.to_deg=-5", "limits.least_deg=-5", "position.tolerance_deg=0.005", "seed=2"],
+];
+
+/// Each limit of a move reaches the processor, ends it as it ends the host's alone, and matters: without it the move is
+/// another one.
+#[test]
+fn dual_a_second_loop_keeps_the_limits_of_a_move() {
+    for sets in LIMITED {
+        let limited = scene(sets);
+        let run = run(&limited, &mut SecondLoop::new(0, |_| ())).unwrap();
+        assert_eq!(run.difference, None, "{sets:?}");
+        let outcome = run.outcome.unwrap();
+        assert_eq!(outcome, position::run(&limited, |_| ()).unwrap());
+        let free: Vec<&str> = sets.iter().copied().filter(|set| !set.starts_with("limits.")).collect();
+        assert_ne!(outcome, position::run(&scene(&free), |_| ()).unwrap(), "{sets:?}");
+        let ends_at_travel = sets.contains(&"limits.least_deg=-5");
+        assert_eq!(outcome.stopped.as_deref() == Some("OutOfTravel"), ends_at_travel, "{outcome:?}");
+    }
+}
+
+/// What the travel does not allow is refused before a processor is told anything.
+#[test]
+fn exact_a_target_outside_of_the_travel_is_refused() {
+    let outside = scene(&["position.to_deg=20", "limits.greatest_deg=19"]);
+    let error = preparation(&outside).unwrap_err().to_string();
+    assert!(error.contains("position.to_deg = 20") && error.contains("limits.greatest_deg = 19"), "{error}");
+}
+
 /// The same of a rate: filter, rate and the window that slow frames ask for.
 #[test]
 fn dual_a_second_loop_holds_the_same_rate_from_what_it_is_told() {
@@ -198,6 +229,8 @@ fn dual_a_second_loop_holds_the_same_rate_from_what_it_is_told() {
         &["rate.deg_s=160", "rate.duration_s=0.5", "plant.step_s=5e-6", "board.latency_ticks=16"][..],
         &["rate.deg_s=-40", "rate.duration_s=0.5", "estimator.filter=impact_aided", "plant.step_s=5e-6"][..],
         &["rate.duration_s=0.6", "camera.frame_rate_hz=200", "ldv.installed=no", "faults=drive:dead"][..],
+        &["rate.deg_s=160", "rate.duration_s=0.5", "plant.step_s=5e-6", "limits.amplitude_max=0.6"][..],
+        &["rate.deg_s=160", "rate.duration_s=0.5", "plant.step_s=5e-6", "limits.drive_on_total_s=0.1"][..],
     ] {
         let scene = scene(sets);
         let run = hold_rate(&scene, &mut SecondLoop::new(0, |_| ())).unwrap();

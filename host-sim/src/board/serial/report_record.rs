@@ -163,6 +163,7 @@ fn task(phase: PhaseRecord, health: Health, rate: Option<RateRecord>) -> Task {
             ExperimentPhase::Ended(CommissioningEnd::TimeOver) => "Ended(TimeOver)",
             ExperimentPhase::Ended(CommissioningEnd::NoEstimate) => "Ended(NoEstimate)",
             ExperimentPhase::Ended(CommissioningEnd::NeverRests) => "Ended(NeverRests)",
+            ExperimentPhase::Ended(CommissioningEnd::EndOfTravel) => "Ended(EndOfTravel)",
         }),
         PhaseRecord::Waiting => Task::Position(PositioningPhase::Waiting(health)),
         PhaseRecord::Cruise => Task::Told("Cruise"),
