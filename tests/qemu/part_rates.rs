@@ -167,7 +167,8 @@ impl ScriptedRun {
         if let Some(frame) = measurements.camera_frame {
             self.script.show(CameraFrame { exposed_at: frame.exposed_at.plus_nanos(begun_nanos), ..frame });
         }
-        self.reports.push(later(report, begun_nanos));
+        let is_decided = self.reports.len() >= self.latency_ticks.into();
+        self.reports.push(later(report, begun_nanos, is_decided));
         self.end = angle;
         ControlFlow::Continue(())
     }
@@ -194,9 +195,10 @@ impl ScriptedRun {
     }
 }
 
-/// The report of a loop that began `nanos` later. A move of which nothing is under way has no instant since when.
-fn later(report: TickRecord, nanos: u64) -> TickRecord {
-    let has_begun = report.rate.is_some() || report.since_nanos > 0;
+/// The report of a loop that began `nanos` later. A move of which nothing is under way has no instant since when, nor
+/// has what acts before anything is decided.
+fn later(report: TickRecord, nanos: u64, is_decided: bool) -> TickRecord {
+    let has_begun = is_decided && (report.rate.is_some() || report.since_nanos > 0);
     TickRecord {
         estimate: report.estimate.map(|of| EstimateRecord { at_nanos: of.at_nanos + nanos, ..of }),
         camera: report.camera.map(|of| InnovationRecord { taken_nanos: of.taken_nanos + nanos, ..of }),

@@ -6,9 +6,10 @@ use std::vec::Vec;
 use controller::ResponseMap;
 use estimator::{Health, Source, Verdict};
 use link::{
-    BoardFault, BoardMessage, CameraRecord, CommandRecord, EstimateRecord, FRAME_BYTES_MAX, Header,
-    HostMessage, InnovationRecord, Jog, LINE_BAUD, MotorParameterRecord, PhaseRecord, REPORT_TICKS,
-    RatePhase, RateRecord, SHORT_FRAME_BYTES, SelfTestReport, TickRecord, decode, encode, map_messages,
+    BoardFault, BoardMessage, CHANGE_TICKS, CameraRecord, CommandRecord, EstimateRecord, FRAME_BYTES_MAX,
+    Header, HostMessage, InnovationRecord, Jog, LINE_BAUD, MotorParameterRecord, PhaseRecord, REPORT_TICKS,
+    REPORT_TICKS_MAX, RatePhase, RateRecord, SHORT_FRAME_BYTES, SelfTestReport, TickRecord, decode, encode,
+    map_messages,
 };
 use motor_model::{DriveMode, Parameter};
 

@@ -188,6 +188,21 @@ fn law_all_traffic_of_a_move_is_at_most_70_percent_of_the_line() {
     }
 }
 
+/// Reports every 20 ms, as a host without a log asks for them, take 3 % of the line, and those of a host that asks for
+/// changes alone 1 %. All changes of health or phase that a board may report take no more than reports every
+/// millisecond.
+#[test]
+fn exact_reports_by_need_leave_the_line_free() {
+    let report = longest_report(PhaseRecord::Burst, None);
+    // Rounded.
+    let percent = |ticks: u16| {
+        let reports_per_s = 1_000_000_000 / PositionLoop::TICK_NANOS / u64::from(ticks);
+        (100 * reports_per_s * report * BITS_PER_BYTE + u64::from(LINE_BAUD) / 2) / u64::from(LINE_BAUD)
+    };
+    assert_eq!((percent(2000), percent(REPORT_TICKS_MAX)), (3, 1));
+    assert!(percent(CHANGE_TICKS) == percent(REPORT_TICKS) && percent(CHANGE_TICKS) <= 62);
+}
+
 /// The longest reports are those of a rate, which come each millisecond and not at changes of the drive. Answers come
 /// beside them.
 #[test]
