@@ -7,6 +7,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use link::BoardMessage;
 use serde_json::Value;
+use simulation::math::count::real;
 
 use crate::cabled_board::{CabledBoard, WAIT_MAX};
 use crate::refused;
@@ -44,7 +45,8 @@ fn tool_run_takes_frames_of_a_pipe_up_to_a_bad_line() {
 }
 
 /// A recording of another day: its frames are exposed one after the other from arming on, none before it. The rotor in
-/// it rests at the target, which the board sees and holds.
+/// it rests at the target, which the board sees and holds. Whether it is to report every 20 ms, as for the live view, or
+/// changes alone, it says at once that it holds, and reports no more than that.
 #[test]
 fn tool_run_takes_frames_of_a_recording() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -54,18 +56,37 @@ fn tool_run_takes_frames_of_a_recording() {
     let recorded =
         ["--camera", frames.to_str().expect("a name in UTF-8"), "--to", "12", "--tolerance", "0.1"];
     let run = [&recorded[..], &["--set", "position.hold_s=0.02", "--format", "json"]].concat();
-    let Output { status, stdout, stderr } = not_starved(|| {
-        let board = CabledBoard::start();
-        let output = board.run(&run).wait_with_output().expect("it ends");
-        board.check_starved(&output.stderr)?;
-        Ok(output)
-    });
-    assert!(status.success(), "{}", String::from_utf8_lossy(&stderr));
-    let outcome: Value = serde_json::from_slice(&stdout).expect("JSON and nothing else");
-    assert_eq!(outcome["ok"], true, "{outcome}");
-    let number = |pointer: &str| outcome.pointer(pointer).and_then(Value::as_f64).expect("a number");
-    assert!((number("/final_angle_deg") - 12.0).abs() < 0.1, "{outcome}");
-    // A frame for each millisecond of the host since arming, and no more: it stands in the file whenever it is read.
-    let sent = number("/line/frames_sent");
-    assert!(sent > 0.0 && sent <= 1e3 * number("/host_s") + 1.0, "{outcome}");
+    for (asked, period_s) in [(&[][..], 0.02), (&["--report-every", "0"], 0.1)] {
+        let (Output { status, stdout, stderr }, said) = not_starved(|| {
+            let board = CabledBoard::start();
+            let output = board.run(&[&run[..], asked].concat()).wait_with_output().expect("it ends");
+            board.check_starved(&output.stderr)?;
+            Ok((output, board.said_so_far()))
+        });
+        assert!(status.success(), "{}", String::from_utf8_lossy(&stderr));
+        let outcome: Value = serde_json::from_slice(&stdout).expect("JSON and nothing else");
+        assert_eq!(outcome["ok"], true, "{outcome}");
+        let number = |pointer: &str| outcome.pointer(pointer).and_then(Value::as_f64).expect("a number");
+        assert!((number("/final_angle_deg") - 12.0).abs() < 0.1, "{outcome}");
+        // A frame for each millisecond of the host since arming, and no more: it stands in the file whenever it is
+        // read.
+        let sent = number("/line/frames_sent");
+        assert!(sent > 0.0 && sent <= 1e3 * number("/host_s") + 1.0, "{outcome}");
+        let states: Vec<_> = said.iter().filter_map(state).collect();
+        let changes = states.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        // The first one, and those that came before the stop did.
+        let of_period = 1.0 + (number("/duration_s") + 0.1) / period_s;
+        assert!(changes >= 2, "an estimate, and the target is held: {states:?}");
+        assert!(real(states.len() - changes) <= of_period, "{} {changes}: {outcome}", states.len());
+    }
+}
+
+/// What the report of a board has that is told when it changes.
+fn state(message: &BoardMessage) -> Option<[u8; 3]> {
+    match message {
+        BoardMessage::Report(report) => {
+            Some([report.applied.mode.number(), report.health.number(), report.phase.number()])
+        }
+        _ => None,
+    }
 }

@@ -141,7 +141,10 @@ pub(crate) fn preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError>
 }
 
 /// The instruments, the latency, the parameters of the motor that are not Table 1's, and the response map.
-fn description(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
+///
+/// # Errors
+/// When the scene's map is for another design.
+pub(crate) fn description(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
     // At most `LATENCY_TICKS_MAX`, which is less.
     let latency_ticks = u8::try_from(latency_ticks(scene)).unwrap_or(u8::MAX);
     let map = scene.response_map()?;

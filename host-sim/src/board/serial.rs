@@ -23,6 +23,7 @@
 //! | `stamp_watch` | whether the board's clock is known as well as their time stamps |
 //! | `fresh_frames` | which of them are sent: no old one where a newer one waits |
 //! | `plant` | the simulated motor under the drive that the board reports: hardware in the loop |
+//! | `report_period` | how often a run needs a report |
 //! | `report_record` | what the board reports as a record of a run, and the frames that go with it |
 //! | `progress` | what is known in the middle of a run, and who sees it |
 //! | `description` | what the board is told before a run, and what it keeps of it |
@@ -63,6 +64,7 @@ mod plant;
 mod port;
 mod port_reader;
 mod progress;
+mod report_period;
 mod report_record;
 mod self_test;
 mod serial_run;
@@ -85,6 +87,7 @@ pub use outcome::{
     RateFigures, SerialOutcome, SessionFigures, TaskFigures,
 };
 pub use progress::{Goal, Progress, Watcher};
+pub use report_period::{ReportPeriod, ReportPeriodError};
 #[cfg(test)]
 pub(crate) use self_test::PreparedSelfTest;
 pub use self_test::{Finding, SelfTestOutcome, SerialSelfTest};

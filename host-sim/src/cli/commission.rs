@@ -12,7 +12,7 @@ use super::report::Request;
 use super::run::LiveView;
 use super::shard::{ShardArgs, scene_digest};
 use super::{MapArgs, SceneArgs, progress};
-use crate::board::serial::{BoardTask, FrameSource, Keeping, SerialRun, TaskFigures};
+use crate::board::serial::{BoardTask, FrameSource, Keeping, ReportPeriod, SerialRun, TaskFigures};
 use crate::cli::CommandError;
 use crate::studies::commissioning::{self, CommissioningTrial, CommissioningTrials, CommissioningTrialsPlan};
 use crate::studies::shard::{self, SceneDigest};
@@ -152,6 +152,7 @@ impl CommissionArgs {
             then: &[],
             keeping: Keeping::Untouched,
             source: &source,
+            reports: ReportPeriod::needed(&source, false),
             interrupted: &interrupted,
         };
         let run = run.run(&mut view);

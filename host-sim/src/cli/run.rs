@@ -18,8 +18,8 @@ use super::readers::{RUN_MOVE, RUN_RATE};
 use super::report::Request;
 use super::{Format, SceneArgs, progress, result_json};
 use crate::board::serial::{
-    BoardTask, ClockDoubt, FrameSource, IdentityFigures, Keeping, NextStep, Progress, SerialError, SerialRun,
-    TaskFigures, Watcher,
+    BoardTask, ClockDoubt, FrameSource, IdentityFigures, Keeping, NextStep, Progress, ReportPeriod,
+    SerialError, SerialRun, TaskFigures, Watcher,
 };
 use crate::cli::CommandError;
 use crate::log::{Ending, LogError, LogOptions, LogRecorder};
@@ -76,6 +76,10 @@ pub(super) struct RunArgs {
     /// .csv for a table. Times count from arming by the board's clock
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     log: Option<PathBuf>,
+    /// Time between two reports of the board, 0.001 to 0.1, or 0 for those of changes of drive, health and phase alone,
+    /// which come at any period [default: 0.001 with --log or the simulated motor, else 0.02]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    report_every: Option<ReportPeriod>,
     /// How to print the result
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -102,11 +106,13 @@ impl RunArgs {
         let scene = self.learning.map.provide(self.scene.load_for(reader, &flags)?)?;
         let learning = self.learning.open()?;
         let interrupted = self.port.watch()?;
+        let source = FrameSource::named(&self.camera);
+        let reports = ReportPeriod::checked(self.report_every, &source, self.log.is_some())
+            .map_err(|error| failed(error, None))?;
         let mut view = LiveView::new(self.log(&scene)?);
         if task == BoardTask::Rate {
             progress::note(&promised_range(&PromisedRange::of(&scene)?));
         }
-        let source = FrameSource::named(&self.camera);
         let run = SerialRun {
             port: &self.port.port,
             baud: self.port.baud(),
@@ -115,6 +121,7 @@ impl RunArgs {
             then: &self.then,
             keeping: self.keeping(),
             source: &source,
+            reports,
             interrupted: &interrupted,
         };
         let run = run.run(&mut view);
@@ -161,7 +168,7 @@ impl RunArgs {
     /// The log, if one was asked for. Ctrl-C ends the run, and the run the log.
     fn log(&self, scene: &Scene) -> Result<Option<LogRecorder>, LogError> {
         let Some(path) = &self.log else { return Ok(None) };
-        // The board chooses the ticks: it reports one in a hundred, and each is logged.
+        // The board chooses the ticks: each that it reports is logged.
         let options = LogOptions { every: 1 };
         LogRecorder::create(path, options, "run", scene, Arc::new(AtomicBool::new(false))).map(Some)
     }

@@ -17,10 +17,11 @@ use motor_model::Angle;
 use serde::Serialize;
 
 use super::SerialError;
+use super::report_period::ReportPeriod;
 use super::session::BoardSession;
 use super::task::BoardTask;
 use super::task_filter::{filter, is_without, with_simpler_filter};
-use crate::board::pil::{acknowledgement, filter_name};
+use crate::board::pil::{acknowledgement, description, filter_name};
 use simulation::scene::Scene;
 
 /// Messages that the line may lose, or their answers, before the host gives up.
@@ -53,23 +54,31 @@ pub struct DescriptionFigures {
 
 /// What a board is told before a run.
 pub(super) struct Preparation {
-    /// The messages, of which the last is the task and the others describe the bench.
-    pub messages: Vec<HostMessage>,
+    /// The messages that describe the bench.
+    pub description: Vec<HostMessage>,
+    /// The task, where there is one.
+    pub task: Option<HostMessage>,
     /// The camera's angle that is the zero, where there is one. A session begins with 0.
     pub zero: Option<Angle>,
+    /// How often the board is to report, where it is asked to.
+    pub reports: Option<ReportPeriod>,
     /// Whether a board without the task's filter may take a simpler one.
     pub any_filter: bool,
 }
 
 impl Preparation {
-    /// Of `task` in `scene`.
+    /// Of `task` in `scene`. The board reports as often as it does by itself.
     ///
     /// # Errors
     /// When the scene's map is for another design.
     pub(super) fn of(task: BoardTask, scene: &Scene) -> Result<Self, SerialError> {
+        let mut description = task.preparation(scene)?;
+        let asked = description.pop();
         Ok(Self {
-            messages: task.preparation(scene)?,
+            description,
+            task: asked,
             zero: task.zero(scene),
+            reports: None,
             any_filter: scene.choice("estimator.filter") == "best",
         })
     }
@@ -81,11 +90,10 @@ impl Preparation {
 /// When the board refuses a message, or does not answer.
 pub(super) fn prepare(
     session: &mut BoardSession,
-    Preparation { messages, zero, any_filter }: Preparation,
+    Preparation { description, mut task, zero, reports, any_filter }: Preparation,
     keeping: Keeping,
     see: impl FnOnce(KeptDescription),
 ) -> Result<DescriptionFigures, SerialError> {
-    let (description, task) = messages.split_at(messages.len().saturating_sub(1));
     let digest = DescriptionDigest::of(description.iter().cloned())?;
     let found = session.digests()?;
     if let Some(found) = found {
@@ -97,19 +105,19 @@ pub(super) fn prepare(
     let keeps = keeping == Keeping::Keep && !is_kept;
     let forget = forgets.then_some(HostMessage::Forget);
     let zero = zero.map(|zero| HostMessage::Zero { angle_units: Some(zero.units()) });
+    let reports = reports.map(|period| HostMessage::ReportPeriod { ticks: period.ticks() });
     let keep = keeps.then_some(HostMessage::Keep);
     let before: Vec<_> = forget.into_iter().chain(description.iter().filter(|_| sent).cloned()).collect();
-    let after: Vec<_> = zero.into_iter().chain(keep).collect();
-    let mut task = task.to_vec();
-    while let Err(error) = upload(session, &[&before[..], &task, &after].concat()) {
+    let after: Vec<_> = zero.into_iter().chain(reports).chain(keep).collect();
+    while let Err(error) = upload(session, &[&before[..], task.as_slice(), &after].concat()) {
         task = match error {
             SerialError::Refused { ref fault, .. } if any_filter && is_without(fault) => {
-                vec![task.first().and_then(with_simpler_filter).ok_or(error)?]
+                Some(task.as_ref().and_then(with_simpler_filter).ok_or(error)?)
             }
             error => return Err(error),
         };
     }
-    let filter = task.first().and_then(filter).map_or("none", filter_name);
+    let filter = task.as_ref().and_then(filter).map_or("none", filter_name);
     Ok(DescriptionFigures { digest: format!("{digest:016x}"), sent, kept: is_kept || keeps, filter })
 }
 
@@ -118,7 +126,8 @@ pub(super) fn prepare(
 /// # Errors
 /// When there is no board, it has no place for a description, or refuses this one.
 pub fn keep(port: &str, baud: u32, scene: &Scene) -> Result<DescriptionFigures, SerialError> {
-    let preparation = Preparation { zero: None, ..Preparation::of(BoardTask::Move, scene)? };
+    let description = description(scene)?;
+    let preparation = Preparation { description, task: None, zero: None, reports: None, any_filter: false };
     let mut session = BoardSession::open(port, baud)?;
     prepare(&mut session, preparation, Keeping::Keep, |_| ())
 }
@@ -168,6 +177,7 @@ fn what(message: &HostMessage) -> &'static str {
         HostMessage::ConfigureRate(_) => "the rate",
         HostMessage::ConfigureExperiments(_) => "the experiments",
         HostMessage::Zero { .. } => "the zero",
+        HostMessage::ReportPeriod { .. } => "the period of reports",
         HostMessage::Keep => "to keep the description",
         HostMessage::Forget => "to forget its description",
         _ => "the move",

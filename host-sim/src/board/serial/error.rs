@@ -88,6 +88,14 @@ pub enum SerialError {
         /// The line's rate.
         baud: u32,
     },
+    /// The simulated plant, which runs as far as the board has reported, would stand still.
+    #[error("--report-every = {asked_s}: the simulated motor needs a report every {most_s} s")]
+    RareReports {
+        /// What was asked for, in s.
+        asked_s: f64,
+        /// What the plant needs, in s.
+        most_s: f64,
+    },
     /// The simulated plant has a vibrometer, whose samples the line does not carry.
     #[error(
         "ldv.installed = yes: a line of {baud} baud does not carry the samples of a simulated vibrometer"
@@ -209,6 +217,9 @@ impl SerialError {
                     "--set camera.frame_rate_hz={:.0}, or a greater --baud",
                     (most_hz / 100.0).floor() * 100.0
                 )
+            }
+            Self::RareReports { .. } => {
+                "leave it out; with frames of a camera (--camera) reports may be rarer".to_owned()
             }
             Self::SimulatedVibrometer { .. } => {
                 "--set ldv.installed=no; with frames of a camera the board samples its own vibrometer"

@@ -27,6 +27,7 @@ use super::outcome::{
 };
 use super::plant::PlantInTheLoop;
 use super::progress::{Progress, Watcher};
+use super::report_period::ReportPeriod;
 use super::report_record::{ReportRecords, Reported, sd_deg};
 use super::session::{BoardSession, Event};
 use super::stamp_watch::StampWatch;
@@ -35,8 +36,8 @@ use super::time_questions::is_time_answer;
 use simulation::runs::record::mode_word;
 use simulation::scene::Scene;
 
-/// Time without a message of a board that has to speak after which the run is ended. Armed it reports every
-/// millisecond, and else it is asked.
+/// The board's time without a message of a board that has to speak after which the run is ended. Armed it reports every
+/// 100 ms at least ([`link::REPORT_TICKS_MAX`]), and else it is asked.
 pub const SILENCE_MAX: Duration = Duration::from_secs(1);
 /// The board's time after which the host says that it is there, where there is no frame to send. A board that hears
 /// nothing for 10 ms switches off.
@@ -69,6 +70,8 @@ pub struct SerialRun<'a> {
     pub keeping: Keeping,
     /// Where camera frames come from.
     pub source: &'a FrameSource,
+    /// How often the board reports.
+    pub reports: ReportPeriod,
     /// Set to end the run.
     pub interrupted: &'a AtomicBool,
 }
@@ -88,7 +91,8 @@ impl SerialRun<'_> {
             }
             _ => None,
         };
-        let preparation = Preparation::of(self.task, self.scene)?;
+        let preparation =
+            Preparation { reports: Some(self.reports), ..Preparation::of(self.task, self.scene)? };
         let zero = preparation.zero.unwrap_or_default();
         let task = self.task.watched(self.scene)?.followed_by(self.then);
         let mut session = BoardSession::open(self.port, self.baud)?;
@@ -225,7 +229,7 @@ impl ArmedRun {
             return Err(Early::Interrupted);
         }
         let now = host_nanos();
-        if now - self.session.last_heard > nanos(SILENCE_MAX) {
+        if now - self.session.last_heard > self.pace.host_nanos(SILENCE_MAX) {
             return Err(Early::Silent);
         }
         if now - self.session.last_sent >= self.pace.host_nanos(KEEP_ALIVE) {
@@ -260,7 +264,8 @@ impl ArmedRun {
                 self.pace.take(header.ticks, at_nanos);
                 return self.report(header, &report, watcher);
             }
-            Event::Board { message, .. } if is_time_answer(&message) => {
+            Event::Board { header, message, at_nanos, .. } if is_time_answer(&message) => {
+                self.pace.take(header.ticks, at_nanos);
                 self.time_answers = self.time_answers.saturating_add(1);
                 self.time_answered = true;
             }
@@ -386,7 +391,8 @@ impl ArmedRun {
             None => Ok(self.outcome(host_s, acknowledged, learnt)),
             Some(Early::Interrupted) => Err(SerialError::Interrupted { stopped }),
             Some(Early::Silent) => {
-                Err(SerialError::Silent { silent_s: SILENCE_MAX.as_secs_f64(), after_s, stopped })
+                let silent_s = (1e3 * seconds(self.pace.host_nanos(SILENCE_MAX))).round() / 1e3;
+                Err(SerialError::Silent { silent_s, after_s, stopped })
             }
             Some(Early::Fault(fault)) => Err(SerialError::Fault { fault, after_s, stopped }),
             Some(Early::SourceFailed(error)) => Err(SerialError::Source { error, stopped }),

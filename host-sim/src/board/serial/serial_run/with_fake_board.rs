@@ -1,4 +1,4 @@
-use link::{BoardIdentity, KeptDescription, ResetCause, SHORT_FRAME_BYTES, decode};
+use link::{BoardIdentity, KeptDescription, REPORT_TICKS_MAX, ResetCause, SHORT_FRAME_BYTES, decode};
 use simulation::runs::record::RunRecord;
 
 use super::*;
@@ -59,6 +59,24 @@ fn exact_a_doubtful_clock_is_told_once() {
             assert!(run.next(&AtomicBool::new(false), &mut doubts).is_ok_and(|is_over| !is_over));
         }
         assert_eq!(doubts.0, told, "{answers}");
+    }
+}
+
+/// A board that reports changes alone says within the longest period that it is there: ten such periods are silence. A
+/// board of half the pace has twice the time.
+#[test]
+fn exact_ten_of_the_longest_periods_of_reports_are_silence() {
+    let longest = Duration::from_nanos(u64::from(REPORT_TICKS_MAX) * PositionLoop::TICK_NANOS);
+    assert_eq!(SILENCE_MAX, 10 * longest);
+    for (ticks_in_a_second, periods, is_silent) in
+        [(100_000, 5, false), (100_000, 11, true), (50_000, 11, false), (50_000, 21, true)]
+    {
+        let (mut run, _board) = armed(StampWatch::none());
+        run.pace = BoardPace::new(0, 0);
+        run.pace.take(ticks_in_a_second, 1_000_000_000);
+        run.session.last_heard = host_nanos() - periods * nanos(longest);
+        let next = run.next(&AtomicBool::new(false), &mut Doubts::default());
+        assert_eq!(matches!(next, Err(Early::Silent)), is_silent, "{ticks_in_a_second} {periods}");
     }
 }
 
