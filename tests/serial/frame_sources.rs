@@ -45,8 +45,8 @@ fn tool_run_takes_frames_of_a_pipe_up_to_a_bad_line() {
 }
 
 /// A recording of another day: its frames are exposed one after the other from arming on, none before it. The rotor in
-/// it rests at the target, which the board sees and holds. Whether it is to report every 20 ms, as for the live view, or
-/// changes alone, it says at once that it holds, and reports no more than that.
+/// it rests at the target, which the board sees and holds. Whether it is to report every 20 ms, as for the live view,
+/// or changes alone, it says at once that it holds, and reports no more than that.
 #[test]
 fn tool_run_takes_frames_of_a_recording() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,5 +1,5 @@
-//! The limits within which experiments drive a motor: the travel, at which they end, and the strongest drive, above which
-//! an order is refused.
+//! The limits within which experiments drive a motor: the travel, at which they end, and the strongest drive, above
+//! which an order is refused.
 
 use estimator::Estimate;
 use motor_model::OutOfBounds;

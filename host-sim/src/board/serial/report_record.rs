@@ -1,7 +1,7 @@
 //! What the board reports as records of a run, with the frames that go with it.
 //!
-//! A report tells of one tick in many ([`super::report_period`]), so most frames are in no report: their records have no
-//! innovation. Times count from arming.
+//! A report tells of one tick in many ([`super::report_period`]), so most frames are in no report: their records have
+//! no innovation. Times count from arming.
 
 use controller::PositioningPhase;
 use controller::commissioning::{CommissioningEnd, ExperimentPhase};

@@ -243,7 +243,7 @@ impl WatchedRate {
             reached_deg_s,
             stopped_s: self.stopped.map(|(_, at_s)| at_s),
             promised_reach: self.promised,
-            // Not by the board's word alone: it tells the end in a tick after it, so an end in time is not told too early.
+            // Not by the board's word alone: it tells the end in a tick after it, so an end in time is not too early.
             ok: self.stopped.is_none() && self.over_s.is_some_and(|over_s| over_s >= asked_s),
         }
     }
