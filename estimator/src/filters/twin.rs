@@ -64,7 +64,7 @@
 //!
 //! ```text
 //!               falls instead of jumps:     VibrometerInverted      (until jumps prevail)
-//!               a fall of 5 mm/s or more:   VibrometerErratic       (until 50 ms after the last)
+//!               a fall of 5 mm/s or more:   VibrometerErratic       (for 50 ms; 300 ms if again)
 //!               fall in flight off by 25 %: VibrometerScale         (until the corrected one is within 15 %)
 //!            .---------------------------------------------------------.
 //! vibrometer sound                                                   fault: impacts ignored, the rate wanders

@@ -36,7 +36,7 @@
 //! |---|---|---|---|
 //! | too much noise | as described, or learnt at rest | `VibrometerUnfit` | never, or when less is learnt |
 //! | wrong sign | every impact appears as a fall | `VibrometerInverted` | when jumps are upwards again |
-//! | wrong samples | a fall of [`FALL_M_S`] or more | `VibrometerErratic` | 50 ms after such a fall, 300 ms after further |
+//! | wrong samples | a fall of [`FALL_M_S`] or more | `VibrometerErratic` | 50 ms after a fall, 300 ms after more |
 //! | wrong scale | a flight is no fall by g: [`free_fall`] | `VibrometerScale` | when corrected and proven |
 //!
 //! Wrong sign: the statistic is the sum of the squares of the jumps, falls counted negative, kept within 0.01 m^2/s^2

@@ -311,6 +311,32 @@ fn exact_a_fall_shows_that_samples_were_wrong() {
     assert_eq!(right_again, Some(104 + ImpactDetector::<f64>::ERRATIC_NANOS / NANOS));
 }
 
+/// Falls of 0.1 m/s, at 1 s and so many ms after it: those that come while an earlier one counts show a rotor that
+/// tilts, and the fault holds for 300 ms after the last. A fall by itself counts for 50 ms.
+#[test]
+fn exact_falls_that_go_on_count_for_longer() {
+    let tuning = tuning(5.0);
+    let ends_after_ms = |falls_ms: &[u64]| {
+        let mut detector = ImpactDetector::new(tuning);
+        let per_ms = 1_000_000 / NANOS;
+        let of_fall =
+            |n: u64| falls_ms.iter().any(|ms| (0..3).contains(&n.wrapping_sub(1000 * per_ms + ms * per_ms)));
+        let last = (1000 + falls_ms.iter().max().unwrap()) * per_ms;
+        let mut until = last;
+        for n in 1..last + 2000 * per_ms {
+            let wrong = if of_fall(n) { 0.1 } else { 0.0 };
+            detector.observe(&sample(n, flight(&tuning, 0.05, n) + wrong));
+            until = if detector.has_fault() { n } else { until };
+        }
+        (until - last) / per_ms
+    };
+    assert_eq!(ends_after_ms(&[0]), 50);
+    assert_eq!(ends_after_ms(&[0, 40]), 300);
+    assert_eq!(ends_after_ms(&[0, 40, 300]), 300);
+    assert_eq!(ends_after_ms(&[0, 60]), 50);
+    assert_eq!(ends_after_ms(&[0, 40, 360]), 50);
+}
+
 /// A single fall, beyond what a jump counts at most, is no proof of the sign. A small fall, as a wrong scale makes of
 /// gravity, is no wrong sample.
 #[test]

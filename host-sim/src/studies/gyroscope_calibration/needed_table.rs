@@ -17,14 +17,14 @@ pub(crate) fn page_value(scenes: &[Beside<Calibrations>], longest_s: f64) -> Pla
         "scene",
         "runs",
         "motors",
-        "motor time s",
+        "time s",
         "cut short",
         "within 10 ppm",
-        "least of a motor",
-        "scale factor ppm",
+        "least",
+        "rms ppm",
         "stated",
         "worst",
-        "worst, sigmas",
+        "sigmas",
     ]);
     for Beside { name, found } in scenes {
         table.push(cells(name, found, longest_s));
