@@ -110,6 +110,15 @@ impl Findings {
         self.is_of_use(mode) && !self.iter().any(|finding| finding.mode == mode && is_slow(finding.kind))
     }
 
+    /// A mode that seems dead where more than half of its cruises have lost the estimate: the windows that are left are
+    /// those in which the rotor stuck, before the loss.
+    pub(crate) fn dead_by_losses(&self) -> Option<DriveMode> {
+        let mostly_lost = |kind| matches!(kind, FindingKind::Lost { part } if part > 0.5);
+        let is_lost = |mode| self.iter().any(|finding| finding.mode == mode && mostly_lost(finding.kind));
+        let dead = self.iter().find(|finding| finding.kind == FindingKind::Dead && is_lost(finding.mode));
+        dead.map(|finding| finding.mode)
+    }
+
     /// What `evidence`, in units of the rows of `prior`, shows.
     pub fn of(prior: &ResponseMap, evidence: &CommissioningEvidence) -> Self {
         Self {

@@ -43,9 +43,9 @@ pub enum CommissioningEnd {
 pub enum Unfit {
     /// It was not measured: there was no usable estimate for too long.
     NoEstimate,
-    /// It was not measured: the estimate was lost in one drive after the other.
+    /// It was not measured: the estimate was lost in one drive after the other, or in most of a mode that seems dead.
     LostWhenDriven {
-        /// The mode of the last of them.
+        /// The mode of the last of them, or that mode.
         mode: DriveMode,
     },
     /// It does not come to rest with the drive off.
@@ -166,6 +166,9 @@ impl Commissioning {
         }
         if findings.iter().filter(|finding| finding.kind == FindingKind::Dead).count() == 2 {
             return Err(Unfit::NothingTurns);
+        }
+        if let Some(mode) = findings.dead_by_losses() {
+            return Err(Unfit::LostWhenDriven { mode });
         }
         let mut map = commissioned_map(prior, &self.evidence).map_err(Unfit::NoMap)?;
         let resonances = [DriveMode::B, DriveMode::C].map(|mode| self.resonance_offset(mode));

@@ -156,11 +156,14 @@ fn tool_a_tilting_rotor_that_sticks_now_and_then_is_measured() {
 }
 
 /// A rotor that sticks every 0.2 s never turns for the spin-up of 0.15 s and two windows of 0.05 s. That each drive
-/// loses the estimate is the reason, and not the instruments.
+/// loses the estimate is the reason, and not the instruments. A mode is not dead of which all that is seen are windows
+/// in which the rotor stuck.
 #[test]
 fn tool_a_rotor_that_is_lost_in_each_drive_is_refused_for_that() {
-    let found = commissioned(&motor(None, &[("faults", &sticks(0.2)), ("seed", "3")])).commissioned;
-    assert!(matches!(found.map, Err(Unfit::LostWhenDriven { mode: DriveMode::B })), "{:?}", found.map.err());
+    for seed in ["2", "3", "4"] {
+        let found = commissioned(&motor(None, &[("faults", &sticks(0.2)), ("seed", seed)])).commissioned;
+        assert!(matches!(found.map, Err(Unfit::LostWhenDriven { .. })), "{seed}: {:?}", found.map.err());
+    }
 }
 
 /// Without mode B a motor arrives counter-clockwise by a map of its own: from near and far, and never beyond its
