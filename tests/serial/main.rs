@@ -383,6 +383,12 @@ fn tool_run_without_a_board_says_why() {
     assert!(error.starts_with("error: run --deg-s does not read rate.profile; hint: "), "{error}");
     let error = run_with("/dev/null", &["--deg-s", "2000"]);
     assert!(error.contains("rate.deg_s = 2000"), "{error}");
+    // Before the board is looked for.
+    let travel = ["--deg-s", "100", "--duration", "2", "--set", "limits.greatest_deg=199"];
+    let error = run_with("/dev/no-such-port", &[&INSTRUMENTS[..], &travel].concat());
+    let leaves = "error: rate.deg_s = 100 for rate.duration_s = 2 leads to 200 deg, beyond limits.greatest_deg = 199; \
+                  hint: the travel is up to 199 deg";
+    assert_eq!(error, leaves);
     let error = run("/dev/no-such-port");
     assert!(error.starts_with("error: there is no port /dev/no-such-port; hint: "), "{error}");
 

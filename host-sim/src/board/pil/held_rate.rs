@@ -3,12 +3,14 @@
 use std::fmt;
 use std::ops::ControlFlow;
 
+use controller::rate::Profile;
 use link::{HostMessage, RateConfiguration, RateLimitsRecord};
 use serde::Serialize;
 
 use super::{Difference, Processor, compared, description, filter_kind, verdict};
 use crate::board::BoardError;
-use simulation::runs::limits::Told;
+use simulation::runs::RunError;
+use simulation::runs::limits::{self, Told};
 use simulation::runs::rate::{self, RateOutcome};
 use simulation::scene::Scene;
 
@@ -45,8 +47,10 @@ impl fmt::Display for ComparedRate {
 /// which it holds from the start.
 ///
 /// # Errors
-/// When the scene's map is for another design.
+/// When the scene's map is for another design, its rate leaves the travel, or no drive is allowed for it.
 pub(crate) fn rate_preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
+    let dwell = Profile::dwell(scene.number("rate.deg_s")).map_err(RunError::from)?;
+    limits::check_rate(scene, &dwell)?;
     let Told { travel_deg, on_max_nanos, amplitude_max } = Told::of_rate(scene);
     let mut messages = description(scene)?;
     messages.push(HostMessage::ConfigureRate(RateConfiguration {

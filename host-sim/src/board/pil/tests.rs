@@ -221,6 +221,27 @@ fn exact_a_target_outside_of_the_travel_is_refused() {
     assert!(error.contains("position.to_deg = 20") && error.contains("limits.greatest_deg = 19"), "{error}");
 }
 
+/// A rate as well, in the words of the host: 100 deg/s lead to 200 degrees in 2 s, clockwise or not. One for which no
+/// drive is allowed is refused too.
+#[test]
+fn exact_a_rate_that_leaves_the_travel_is_refused() {
+    for sets in [
+        &["rate.deg_s=100", "limits.greatest_deg=199"][..],
+        &["rate.deg_s=-100", "limits.least_deg=-199"],
+        &["rate.deg_s=100", "limits.amplitude_max=0.2"],
+    ] {
+        let refused = scene(&[&["rate.duration_s=2"], sets].concat());
+        let error = rate_preparation(&refused).unwrap_err();
+        let by_host = rate::run(&refused, |_| ()).unwrap_err();
+        assert_eq!(error.to_string(), by_host.to_string());
+        assert_eq!(error.hint(), crate::run_reports::hint(&by_host));
+        let [key, value] = sets[1].split('=').collect::<Vec<_>>()[..] else { panic!("a key and a value") };
+        assert!(error.to_string().contains(&format!("{key} = {value}")), "{error}");
+    }
+    let within = ["rate.duration_s=2", "rate.deg_s=100", "limits.greatest_deg=201"];
+    assert!(rate_preparation(&scene(&within)).is_ok());
+}
+
 /// The same of a rate: filter, rate and the window that slow frames ask for.
 #[test]
 fn dual_a_second_loop_holds_the_same_rate_from_what_it_is_told() {
