@@ -46,7 +46,8 @@ fn tool_run_takes_frames_of_a_pipe_up_to_a_bad_line() {
 
 /// A recording of another day: its frames are exposed one after the other from arming on, none before it. The rotor in
 /// it rests at the target, which the board sees and holds. Whether it is to report every 20 ms, as for the live view,
-/// or changes alone, it says at once that it holds, and reports no more than that.
+/// or changes alone, it says at once that it holds, and reports no more than that. Frames are stamped by the host's
+/// clock: the filter is told the error of the board's, as found before the run in the board's time, or as a key says.
 #[test]
 fn tool_run_takes_frames_of_a_recording() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -56,7 +57,10 @@ fn tool_run_takes_frames_of_a_recording() {
     let recorded =
         ["--camera", frames.to_str().expect("a name in UTF-8"), "--to", "12", "--tolerance", "0.1"];
     let run = [&recorded[..], &["--set", "position.hold_s=0.02", "--format", "json"]].concat();
-    for (asked, period_s) in [(&[][..], 0.02), (&["--report-every", "0"], 0.1)] {
+    let told_us = "estimator.assumed.camera.clock_error_s=0.0003";
+    for (asked, period_s, of_key_us) in
+        [(&[][..], 0.02, None), (&["--report-every", "0", "--set", told_us], 0.1, Some(300.0))]
+    {
         let (Output { status, stdout, stderr }, said) = not_starved(|| {
             let board = CabledBoard::start();
             let output = board.run(&[&run[..], asked].concat()).wait_with_output().expect("it ends");
@@ -68,6 +72,13 @@ fn tool_run_takes_frames_of_a_recording() {
         assert_eq!(outcome["ok"], true, "{outcome}");
         let number = |pointer: &str| outcome.pointer(pointer).and_then(Value::as_f64).expect("a number");
         assert!((number("/final_angle_deg") - 12.0).abs() < 0.1, "{outcome}");
+        let told_us = number("/description/clock_error_us");
+        let live = String::from_utf8_lossy(&stderr);
+        assert!(
+            of_key_us.map_or((10.0..=10_000.0).contains(&told_us), |key_us| told_us == key_us),
+            "{outcome}"
+        );
+        assert!(live.contains(&format!("(filter: {told_us} us rms)")), "{live}");
         // A frame for each millisecond of the host since arming, and no more: it stands in the file whenever it is
         // read.
         let sent = number("/line/frames_sent");

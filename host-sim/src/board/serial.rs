@@ -20,7 +20,9 @@
 //! | `time_questions` | the questions that set the clocks, and which of them an answer is to |
 //! | `frame_source` | where camera frames come from |
 //! | `frames_on_line` | whether the line carries them |
-//! | `stamp_watch` | whether the board's clock is known as well as their time stamps |
+//! | `clock_bound` | how well the board's clock is known, in the board's time |
+//! | `told_clock` | what of it the board's filter is told |
+//! | `stamp_watch` | whether it stays known as well as that |
 //! | `fresh_frames` | which of them are sent: no old one where a newer one waits |
 //! | `plant` | the simulated motor under the drive that the board reports: hardware in the loop |
 //! | `report_period` | how often a run needs a report |
@@ -46,6 +48,7 @@
 
 mod attendance;
 mod board_pace;
+mod clock_bound;
 mod commissioned;
 mod description;
 mod error;
@@ -73,6 +76,7 @@ mod stamp_watch;
 mod task;
 mod task_filter;
 mod time_questions;
+mod told_clock;
 mod watched_move;
 
 pub use description::{DescriptionFigures, Keeping, keep};

@@ -12,7 +12,9 @@ use super::report::Request;
 use super::run::LiveView;
 use super::shard::{ShardArgs, scene_digest};
 use super::{MapArgs, SceneArgs, progress};
-use crate::board::serial::{BoardTask, FrameSource, Keeping, ReportPeriod, SerialRun, TaskFigures};
+use crate::board::serial::{
+    BoardTask, FrameSource, Keeping, ReportPeriod, SerialOutcome, SerialRun, TaskFigures,
+};
 use crate::cli::CommandError;
 use crate::studies::commissioning::{self, CommissioningTrial, CommissioningTrials, CommissioningTrialsPlan};
 use crate::studies::shard::{self, SceneDigest};
@@ -80,7 +82,10 @@ impl CommissionArgs {
         let request = Request::of_scene("commission", &scene);
         let publication = self.publication.open(&self.out)?;
         let port = self.port.as_ref().map(|port| PortArgs::new(port, self.baud));
-        let motor = port.as_ref().map_or_else(|| simulated(&scene), |port| self.at_board(port, &scene))?;
+        let (motor, clock_error_us) = match &port {
+            Some(port) => self.at_board(port, &scene)?,
+            None => (simulated(&scene)?, 0),
+        };
         let findings = Findings {
             files: motor.commissioned.map.iter().map(|map| (MAP_FILE.to_owned(), map_text(map))).collect(),
             json: commissioning::json(&motor),
@@ -91,7 +96,7 @@ impl CommissionArgs {
         let map = motor.commissioned.map.map_err(CommandError::Unfit)?;
         // The map is written first: a board that does not keep it costs no measurement.
         if let Some(port) = port.filter(|_| self.keep) {
-            port.keep(&scene.with_response_map(map))?;
+            port.keep(&scene.with_response_map(map), clock_error_us)?;
         }
         Ok(())
     }
@@ -140,8 +145,9 @@ impl CommissionArgs {
         Ok(trials)
     }
 
-    /// The motor at the board at `port`, whose design, instruments and prior map are those of `scene`.
-    fn at_board(&self, port: &PortArgs, scene: &Scene) -> Result<CommissionedMotor, CommandError> {
+    /// The motor at the board at `port`, whose design, instruments and prior map are those of `scene`, and the error of
+    /// the clock in us of which its filter was told.
+    fn at_board(&self, port: &PortArgs, scene: &Scene) -> Result<(CommissionedMotor, u16), CommandError> {
         let (interrupted, source) = (port.watch()?, FrameSource::named(&self.camera));
         let mut view = LiveView::new(None);
         let run = SerialRun {
@@ -157,8 +163,9 @@ impl CommissionArgs {
         };
         let run = run.run(&mut view);
         view.end();
-        match run?.task {
-            TaskFigures::Commission(figures) => Ok(figures.motor),
+        let SerialOutcome { task, session, .. } = run?;
+        match task {
+            TaskFigures::Commission(figures) => Ok((figures.motor, session.description.clock_error_us)),
             TaskFigures::Move(_) | TaskFigures::Rate(_) => unreachable!("it was asked to commission"),
         }
     }

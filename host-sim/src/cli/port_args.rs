@@ -37,12 +37,13 @@ impl PortArgs {
         self.baud as u32
     }
 
-    /// Lets the board keep the bench of `scene`, with its map.
+    /// Lets the board keep the bench of `scene`, with its map, and with an error of the clock of which its filter is
+    /// told, in us.
     ///
     /// # Errors
     /// When there is no board, it has no place for a description, or refuses this one.
-    pub fn keep(&self, scene: &Scene) -> Result<(), CommandError> {
-        serial::keep(&self.port, self.baud(), scene)?;
+    pub fn keep(&self, scene: &Scene, clock_error_us: u16) -> Result<(), CommandError> {
+        serial::keep(&self.port, self.baud(), scene, clock_error_us)?;
         progress::note("note: the board keeps the map over a loss of power");
         Ok(())
     }

@@ -151,7 +151,10 @@ impl RunArgs {
         files::print(&self.format.of(format!("{outcome}{logged}"), json))?;
         // Until here the board keeps the map as it was before the move.
         match learnt_map.filter(|_| self.keep) {
-            Some(map) => self.port.keep(&scene.with_response_map(map)),
+            Some(map) => {
+                let clock_error_us = outcome.session.description.clock_error_us;
+                self.port.keep(&scene.with_response_map(map), clock_error_us)
+            }
             None => Ok(()),
         }
     }

@@ -139,6 +139,12 @@ impl BoardClock {
         (1.0 + on).abs() * late + on.abs() * early.uncertainty_nanos()
     }
 
+    /// Bound of the error at the exchanges that set the clock, in ns: that of the worse one.
+    pub fn exchange_uncertainty_nanos(&self) -> f64 {
+        let late = self.late.uncertainty_nanos();
+        self.early.map_or(late, |early| late.max(early.uncertainty_nanos()))
+    }
+
     /// By how much the board's clock runs faster than the host's, relative; `None` of a single exchange.
     pub fn drift(&self) -> Option<f64> {
         let (early, apart) = self.apart()?;

@@ -12,6 +12,7 @@
 //!
 //! A scene that names no filter gets the best that the board was built with.
 
+use estimator::{CameraDescription, Instruments};
 use link::{BoardFault, DescriptionDigest, HostMessage, KeptDescription};
 use motor_model::Angle;
 use serde::Serialize;
@@ -50,6 +51,8 @@ pub struct DescriptionFigures {
     pub kept: bool,
     /// The filter of the task.
     pub filter: &'static str,
+    /// Root mean square error in us of the clock that stamps frames, as the filter is told.
+    pub clock_error_us: u16,
 }
 
 /// What a board is told before a run.
@@ -82,6 +85,31 @@ impl Preparation {
             any_filter: scene.choice("estimator.filter") == "best",
         })
     }
+
+    /// The same that tells the filter of an error of the clock of `micros`, root mean square. What a scene says of a
+    /// camera with a clock of its own counts where it is more.
+    pub(super) fn with_clock_error(mut self, micros: u16) -> Self {
+        for message in &mut self.description {
+            if let HostMessage::Instruments(Instruments { camera, .. }) = message {
+                camera.clock_sd_micros = camera.clock_sd_micros.max(micros);
+            }
+        }
+        self
+    }
+
+    /// The camera as it is described.
+    pub(super) fn camera(&self) -> CameraDescription {
+        camera(&self.description)
+    }
+}
+
+/// The camera of a description; a board that was described none has the default.
+fn camera(description: &[HostMessage]) -> CameraDescription {
+    let told = description.iter().find_map(|message| match message {
+        HostMessage::Instruments(instruments) => Some(instruments.camera),
+        _ => None,
+    });
+    told.unwrap_or_default()
 }
 
 /// Tells the board what the run needs. `see` gets what the board kept before, where it has a place for that.
@@ -95,6 +123,7 @@ pub(super) fn prepare(
     see: impl FnOnce(KeptDescription),
 ) -> Result<DescriptionFigures, SerialError> {
     let digest = DescriptionDigest::of(description.iter().cloned())?;
+    let clock_error_us = camera(&description).clock_sd_micros;
     let found = session.digests()?;
     if let Some(found) = found {
         see(found.kept);
@@ -118,16 +147,24 @@ pub(super) fn prepare(
         };
     }
     let filter = task.as_ref().and_then(filter).map_or("none", filter_name);
-    Ok(DescriptionFigures { digest: format!("{digest:016x}"), sent, kept: is_kept || keeps, filter })
+    let (digest, kept) = (format!("{digest:016x}"), is_kept || keeps);
+    Ok(DescriptionFigures { digest, sent, kept, filter, clock_error_us })
 }
 
-/// Lets the board at a port keep the description of the bench of `scene`, with its map, over a loss of power.
+/// Lets the board at a port keep the description of the bench of `scene`, with its map, over a loss of power. The filter
+/// is told of an error of the clock of `clock_error_us`, as in the run before ([`DescriptionFigures`]).
 ///
 /// # Errors
 /// When there is no board, it has no place for a description, or refuses this one.
-pub fn keep(port: &str, baud: u32, scene: &Scene) -> Result<DescriptionFigures, SerialError> {
+pub fn keep(
+    port: &str,
+    baud: u32,
+    scene: &Scene,
+    clock_error_us: u16,
+) -> Result<DescriptionFigures, SerialError> {
     let description = description(scene)?;
-    let preparation = Preparation { description, task: None, zero: None, reports: None, any_filter: false };
+    let preparation = Preparation { description, task: None, zero: None, reports: None, any_filter: false }
+        .with_clock_error(clock_error_us);
     let mut session = BoardSession::open(port, baud)?;
     prepare(&mut session, preparation, Keeping::Keep, |_| ())
 }
@@ -187,11 +224,32 @@ fn what(message: &HostMessage) -> &'static str {
 #[cfg(test)]
 mod tests {
     use controller::ResponseMap;
-    use estimator::Instruments;
     use link::description_messages;
     use motor_model::{MotorParams, Parameter};
 
     use super::*;
+
+    /// The filter is told of the clock's error, or of a greater one of a camera's own clock: 349 us. Nothing else of the
+    /// description changes.
+    #[test]
+    fn exact_the_error_of_the_clock_is_described() {
+        for (sets, told, micros) in [
+            (&[][..], 0, 0),
+            (&[], 200, 200),
+            (&["camera.clock_offset_s=0.1"], 200, 349),
+            (&["camera.clock_offset_s=0.1"], 500, 500),
+        ] {
+            let sets: Vec<String> = sets.iter().map(|&set: &&str| set.to_owned()).collect();
+            let scene = Scene::of_sets(&sets).unwrap();
+            let of = || Preparation::of(BoardTask::Move, &scene).unwrap();
+            let described = of().with_clock_error(told);
+            assert_eq!(described.camera().clock_sd_micros, micros, "{sets:?} {told}");
+            let assumed = CameraDescription { clock_sd_micros: micros, ..of().camera() };
+            assert_eq!(described.camera(), assumed);
+            let changed = described.description.iter().zip(&of().description).filter(|(a, b)| a != b).count();
+            assert_eq!(changed, usize::from(micros != of().camera().clock_sd_micros));
+        }
+    }
 
     /// Of the map everything from its beginning, of all else the message alone.
     #[test]

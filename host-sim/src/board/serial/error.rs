@@ -74,6 +74,19 @@ pub enum SerialError {
         /// The time waited.
         waited_s: f64,
     },
+    /// The board's clock is known less well than a filter can be told.
+    #[error(
+        "the board's clock is known to {bound_us:.0} us on this line: {key} = {:.6} is out of bounds, 0 to 0.01 s",
+        1e-6 * error_us
+    )]
+    ClockUnknown {
+        /// The key that would tell it.
+        key: &'static str,
+        /// Bound of its error in a run, in us of the board.
+        bound_us: f64,
+        /// Root mean square of that error, in us.
+        error_us: f64,
+    },
     /// The instruments need more than the line carries.
     #[error(
         "camera.frame_rate_hz = {frame_rate_hz} needs {needed_baud:.0} baud, bounds 0 to {most_hz:.0} Hz at {baud} baud"
@@ -211,6 +224,9 @@ impl SerialError {
             }
             Self::OtherVersion { .. } => {
                 "flash the firmware of this checkout: firmware/BRINGUP.md".to_owned()
+            }
+            Self::ClockUnknown { key, .. } => {
+                format!("a line with shorter round trips, or --set {key}=0.01, by which the filter is too sure")
             }
             Self::LineTooSlow { most_hz, .. } => {
                 format!(

@@ -13,7 +13,7 @@ use simulation::runs::rate::{PromisedRange, cannot_keep_up};
 /// The board's clock beside the host's.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ClockFigures {
-    /// Bound of the error of a time of the host as a time of the board, in us.
+    /// Bound of the error of a time of the host as a time of the board, in us of the board.
     pub uncertainty_us: f64,
     /// By how much the board's clock runs faster than the host's, in ppm; `null` of a single exchange.
     pub drift_ppm: Option<f64>,
@@ -342,7 +342,11 @@ impl fmt::Display for SessionFigures {
             if let (Some(drift), Some(bound)) = (clock.drift_ppm, clock.drift_uncertainty_ppm) {
                 write!(f, ", drift {drift:+.0} +- {bound:.0} ppm")?;
             }
-            writeln!(f, ", round trip {:.0} us", clock.round_trip_us)?;
+            write!(f, ", round trip {:.0} us", clock.round_trip_us)?;
+            match self.description.clock_error_us {
+                0 => writeln!(f)?,
+                told_us => writeln!(f, "; the filter is told of {told_us} us rms")?,
+            }
         }
         let line = &self.line;
         writeln!(

@@ -58,15 +58,21 @@ pub struct Progress {
     pub reports: u64,
     /// Share of the line to the board and from it that was in use since the last time.
     pub load: [f64; 2],
-    /// Bound of the error of the board's clock, in us.
+    /// Bound of the error of the board's clock, in us of the board.
     pub clock_us: Option<f64>,
+    /// Root mean square error of that clock, as the board's filter is told, in us.
+    pub clock_told_us: u16,
 }
 
 impl Progress {
     /// The same in a few lines, for a terminal.
     pub fn lines(&self) -> String {
         let [to, from] = self.load.map(|load| 100.0 * load);
-        let clock = self.clock_us.map_or_else(String::new, |us| format!(", clock +- {us:.0} us"));
+        let told = match self.clock_told_us {
+            0 => String::new(),
+            told_us => format!(" (filter: {told_us} us rms)"),
+        };
+        let clock = self.clock_us.map_or_else(String::new, |us| format!(", clock +- {us:.0} us{told}"));
         let (mode, amplitude) = self.drive;
         format!(
             "time {:9.3} s   {}   {}\nphase {}, health {}, drive {mode} {:.0} %\n\

@@ -1,15 +1,16 @@
 //! A task on a real board: from the first message to the acknowledged stop.
 
+mod figures;
+
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use controller::PositionLoop;
-use controller::map_correction::LearntFactors;
 use estimator::CameraFrame;
 use link::camera_frame::SHORT_AGE_NANOS;
 use link::{BoardFault, BoardMessage, Header, HostMessage, LdvRecords, TickRecord};
-use motor_model::{Angle, DriveCommand, Time};
+use motor_model::{Angle, Time};
 
 use super::SerialError;
 use super::board_pace::BoardPace;
@@ -22,18 +23,16 @@ use super::fresh_frames::FreshFrames;
 use super::host_clock::{host_nanos, nanos, seconds};
 use super::line_rate::LineLoad;
 use super::next_step::NextStep;
-use super::outcome::{
-    ClockFigures, CounterFigures, IdentityFigures, LineFigures, SerialOutcome, SessionFigures,
-};
+use super::outcome::{IdentityFigures, SerialOutcome};
 use super::plant::PlantInTheLoop;
-use super::progress::{Progress, Watcher};
+use super::progress::Watcher;
 use super::report_period::ReportPeriod;
-use super::report_record::{ReportRecords, Reported, sd_deg};
+use super::report_record::{ReportRecords, Reported};
 use super::session::{BoardSession, Event};
 use super::stamp_watch::StampWatch;
 use super::task::{BoardTask, WatchedTask};
 use super::time_questions::is_time_answer;
-use simulation::runs::record::mode_word;
+use super::told_clock;
 use simulation::scene::Scene;
 
 /// The board's time without a message of a board that has to speak after which the run is ended. Armed it reports every
@@ -42,8 +41,11 @@ pub const SILENCE_MAX: Duration = Duration::from_secs(1);
 /// The board's time after which the host says that it is there, where there is no frame to send. A board that hears
 /// nothing for 10 ms switches off.
 pub(super) const KEEP_ALIVE: Duration = Duration::from_millis(4);
-/// The board's time between two questions that set the clocks.
+/// The board's time between two questions that set the clocks: the most.
 const CLOCK_EVERY: Duration = Duration::from_millis(100);
+/// The time between two questions per the time since the first one. The clock is carried on from one to the next by a
+/// drift that is known from no longer a time.
+const CLOCK_EVERY_PART: i64 = 4;
 /// The board's time after which a question counts as lost.
 const CLOCK_LOST: Duration = Duration::from_secs(1);
 /// Questions for the time, one after the other, that begin a run: enough for two exchanges to be kept.
@@ -91,13 +93,19 @@ impl SerialRun<'_> {
             }
             _ => None,
         };
-        let preparation =
+        let mut preparation =
             Preparation { reports: Some(self.reports), ..Preparation::of(self.task, self.scene)? };
         let zero = preparation.zero.unwrap_or_default();
         let task = self.task.watched(self.scene)?.followed_by(self.then);
         let mut session = BoardSession::open(self.port, self.baud)?;
         let identity = IdentityFigures::from(session.identity()?);
         watcher.board(&identity);
+        if told_clock::is_asked(self.source, self.scene) {
+            preparation = preparation.with_clock_error(told_clock::ask(&mut session)?);
+        }
+        // The plant's instants are by the board's clock.
+        let camera = preparation.camera();
+        let stamps = plant.as_ref().map_or_else(|| StampWatch::new(&camera), |_| StampWatch::none());
         let description = prepare(&mut session, preparation, self.keeping, |kept| watcher.kept(kept))?;
         let ticks = session.arm().inspect_err(|_| {
             // It may be armed all the same, where the line has lost its answer.
@@ -107,8 +115,6 @@ impl SerialRun<'_> {
         let latency_nanos = latency_nanos(self.scene);
         source.forward_to(session.sender(), latency_nanos.cast_signed());
         let frames = FreshFrames::new(latency_nanos.saturating_add(SHORT_AGE_NANOS));
-        // The plant's instants are by the board's clock.
-        let stamps = plant.as_ref().map_or_else(|| StampWatch::new(self.scene), |_| StampWatch::none());
         let source = (plant, frames, stamps);
         let mut armed = ArmedRun::new(session, task, (identity, description), source, (ticks, zero));
         let ending = armed.watch(self.interrupted, watcher);
@@ -235,9 +241,7 @@ impl ArmedRun {
         if now - self.session.last_sent >= self.pace.host_nanos(KEEP_ALIVE) {
             self.session.send(&HostMessage::Ldv(LdvRecords::new()))?;
         }
-        let since_asked = now - self.time_asked;
-        let pause = if self.time_answers < FIRST_QUESTIONS { Duration::ZERO } else { CLOCK_EVERY };
-        if since_asked >= self.pace.host_nanos(if self.time_answered { pause } else { CLOCK_LOST }) {
+        if now - self.time_asked >= self.time_pause() {
             self.session.ask_time()?;
             (self.time_asked, self.time_answered) = (now, false);
         }
@@ -245,9 +249,6 @@ impl ArmedRun {
             let progress = self.progress(seconds(now - self.progress_at));
             self.progress_at = now;
             watcher.progress(&progress);
-            if self.time_answers >= FIRST_QUESTIONS {
-                self.stamps.look(self.session.clock(), now).iter().for_each(|doubt| watcher.clock(doubt));
-            }
         }
         if let Some(message) = self.task.due(now) {
             self.session.send(&message)?;
@@ -268,6 +269,12 @@ impl ArmedRun {
                 self.pace.take(header.ticks, at_nanos);
                 self.time_answers = self.time_answers.saturating_add(1);
                 self.time_answered = true;
+                if self.time_answers > FIRST_QUESTIONS {
+                    self.stamps
+                        .look(self.session.clock(), at_nanos)
+                        .iter()
+                        .for_each(|doubt| watcher.clock(doubt));
+                }
             }
             // An order or a question that came twice, or too early: it is asked again.
             Event::Board { message: BoardMessage::Fault(BoardFault::NotInOrder), .. } => {}
@@ -280,6 +287,18 @@ impl ArmedRun {
             Event::SourceFailed(error) => return Err(Early::SourceFailed(error)),
         }
         Ok(false)
+    }
+
+    /// Time by the host's clock, in ns, from a question that sets the clocks to the next one.
+    fn time_pause(&self) -> i64 {
+        if !self.time_answered {
+            return self.pace.host_nanos(CLOCK_LOST);
+        }
+        if self.time_answers < FIRST_QUESTIONS {
+            return 0;
+        }
+        let part = (self.time_asked - self.armed_at) / CLOCK_EVERY_PART;
+        part.min(self.pace.host_nanos(CLOCK_EVERY))
     }
 
     /// Takes an answer that is none to what the run itself asks. Reports after a zero count from it.
@@ -350,28 +369,6 @@ impl ArmedRun {
         Ok(())
     }
 
-    fn progress(&mut self, seconds_since: f64) -> Progress {
-        let baud = self.session.baud();
-        let load = [0, 1].map(|way| self.session.load[way].read(seconds_since, baud));
-        let last = self.last.as_ref();
-        let reported = last.map(|(_, reported)| reported);
-        let applied = reported.map_or(DriveCommand::OFF, |reported| reported.applied);
-        let estimate = reported.and_then(|reported| reported.estimate);
-        let now = host_nanos();
-        Progress {
-            at_s: last.map_or(0.0, |(at, _)| self.records.since_begin(*at).seconds_since(Time::ZERO)),
-            angle_deg: estimate.map(|estimate| (estimate.angle.degrees(), sd_deg(estimate.angle_rad2))),
-            goal: self.task.goal(),
-            phase: reported.map_or_else(|| "armed".to_owned(), |reported| reported.task.word().into_owned()),
-            health: reported
-                .map_or_else(|| "not known".to_owned(), |reported| format!("{:?}", reported.health)),
-            drive: (mode_word(applied), applied.amplitude()),
-            reports: self.reports,
-            load,
-            clock_us: self.session.clock().map(|clock| 1e-3 * clock.uncertainty_nanos(now)),
-        }
-    }
-
     /// Stops the drive, and says what became of the run.
     fn end(mut self, ending: Ending) -> Result<SerialOutcome, SerialError> {
         let host_s = seconds(host_nanos() - self.armed_at);
@@ -399,47 +396,6 @@ impl ArmedRun {
             Some(Early::SourceEnded) => Err(SerialError::SourceEnded { after_s, stopped }),
             Some(Early::Lost(error)) => Err(error),
         }
-    }
-
-    fn outcome(
-        mut self,
-        host_s: f64,
-        stop_acknowledged: bool,
-        learnt: Option<LearntFactors>,
-    ) -> SerialOutcome {
-        let (at, reported) = self.last.map_or((None, None), |(at, reported)| (Some(at), Some(reported)));
-        let truth = self.plant.as_ref().and_then(PlantInTheLoop::truth).map(|truth| truth.since(self.zero));
-        let counters = self.session.counters();
-        let now = host_nanos();
-        let clock = self.session.clock().zip(self.session.shortest_nanos());
-        let baud = self.session.baud();
-        let [to, from] = self.session.load.map(|load| load.mean(host_s, baud));
-        let session = SessionFigures {
-            duration_s: at.map_or(0.0, |at| self.records.since_begin(at).seconds_since(Time::ZERO)),
-            host_s,
-            stop_acknowledged,
-            board: self.identity,
-            description: self.description,
-            clock: clock.map(|(clock, shortest)| ClockFigures {
-                uncertainty_us: 1e-3 * clock.uncertainty_nanos(now),
-                drift_ppm: clock.drift().map(|drift| 1e6 * drift),
-                drift_uncertainty_ppm: clock.drift_uncertainty().map(|bound| 1e6 * bound),
-                round_trip_us: 1e6 * seconds(shortest),
-            }),
-            line: LineFigures {
-                baud,
-                load_to_board: to,
-                load_from_board: from,
-                frames_sent: self.frames_sent,
-                frame_bytes: self.frame_bytes,
-                frames_early: self.frames_early,
-                frames_old: self.frames.left_out,
-                reports: self.reports,
-                lost_from_board: self.session.lost,
-            },
-            counters: counters.map(CounterFigures::from),
-        };
-        SerialOutcome { task: self.task.figures(reported.as_ref(), truth), session, learnt }
     }
 }
 

@@ -459,6 +459,11 @@ impl BoardSession {
         false
     }
 
+    /// Forgets what is known of the board's clock.
+    pub(super) fn forget_clock(&mut self) {
+        self.sync = ClockSync::default();
+    }
+
     /// The board's clock as it is known now.
     pub(super) fn clock(&self) -> Option<BoardClock> {
         self.sync.at(host_nanos())

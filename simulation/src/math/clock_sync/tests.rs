@@ -33,6 +33,25 @@ impl Truth {
     }
 }
 
+/// The worse of two exchanges is known to half of 3 ms and half a tick, whichever is the later one. Of one exchange it is
+/// that one.
+#[test]
+fn exact_the_worse_exchange_of_a_clock() {
+    for (round_trips_ms, worst_ms) in [(&[2, 3][..], 3.0), (&[3, 2], 3.0), (&[2], 2.0)] {
+        let mut sync = ClockSync::default();
+        for (n, round_trip_ms) in (0..).zip(round_trips_ms.iter().flat_map(|ms| [ms; 8])) {
+            let sent_nanos = HOST + 10_000_000 * n;
+            sync.add(Exchange {
+                sent_nanos,
+                received_nanos: sent_nanos + 1_000_000 * round_trip_ms,
+                ticks: 7,
+            });
+        }
+        let worst = sync.at(HOST).unwrap().exchange_uncertainty_nanos();
+        assert!((worst - 500_000.0 * worst_ms - 5_000.0).abs() < 1e-6, "{round_trips_ms:?}: {worst}");
+    }
+}
+
 /// Equal delays both ways: the middle of the exchange is when the board counted, in the middle of a tick here, so that
 /// offset and drift come out to the rounding.
 #[test]

@@ -1,8 +1,11 @@
-use link::{BoardIdentity, KeptDescription, REPORT_TICKS_MAX, ResetCause, SHORT_FRAME_BYTES, decode};
+use link::{
+    BoardIdentity, Counters, KeptDescription, REPORT_TICKS_MAX, ResetCause, SHORT_FRAME_BYTES, decode,
+};
 use simulation::runs::record::RunRecord;
 
 use super::*;
 use crate::board::serial::fake_board::FakeBoard;
+use crate::board::serial::progress::Progress;
 use crate::board::serial::stamp_watch::ClockDoubt;
 
 /// Sees how often the clock is doubted.
@@ -34,32 +37,86 @@ fn armed(stamps: StampWatch) -> (ArmedRun, FakeBoard) {
     board.says(100_000, &BoardMessage::Armed);
     assert!(session.next_event_until(host_nanos() + 5_000_000_000).is_some());
     let identity = BoardIdentity { loop_digest: 0, reset_cause: ResetCause::Power.into() };
-    let description = DescriptionFigures { digest: String::new(), sent: true, kept: false, filter: "none" };
+    let description = DescriptionFigures {
+        digest: String::new(),
+        sent: true,
+        kept: false,
+        filter: "none",
+        clock_error_us: 500,
+    };
     let task = BoardTask::Move.watched(&Scene::of_sets(&[]).unwrap()).unwrap();
     let frames = FreshFrames::new(SHORT_AGE_NANOS);
     let figures = (identity.into(), description);
     (ArmedRun::new(session, task, figures, (None, frames, stamps), (0, Angle::ZERO)), board)
 }
 
-/// A clock that is known to half a millisecond, with time stamps of ten microseconds: it is told once, when the first
-/// questions are answered, and not where instants are by the board's clock.
+/// A clock that is known to half a millisecond, with time stamps of ten microseconds: it is told once, after as many
+/// answers beyond the first ones as begin a run, and not where instants are by the board's clock. The watch allows what
+/// was described.
 #[test]
 fn exact_a_doubtful_clock_is_told_once() {
     let scene = Scene::of_sets(&["camera.stamp_jitter_s=1e-5".to_owned()]).unwrap();
-    for (stamps, answers, told) in [
-        (StampWatch::new(&scene), FIRST_QUESTIONS, 1),
-        (StampWatch::new(&scene), FIRST_QUESTIONS - 1, 0),
-        (StampWatch::none(), FIRST_QUESTIONS, 0),
+    let described = Preparation::of(BoardTask::Move, &scene).unwrap();
+    let watch = StampWatch::new(&described.camera());
+    let told = StampWatch::new(&described.with_clock_error(10_000).camera());
+    for (stamps, more, doubted) in [
+        (watch, FIRST_QUESTIONS + 3, 1),
+        (watch, FIRST_QUESTIONS - 1, 0),
+        (told, FIRST_QUESTIONS + 3, 0),
+        (StampWatch::none(), FIRST_QUESTIONS + 3, 0),
     ] {
-        let (mut run, _board) = armed(stamps);
-        run.time_answers = answers;
+        let (mut run, mut board) = armed(stamps);
         let mut doubts = Doubts::default();
-        for _ in 0..3 {
-            run.progress_at -= nanos(PROGRESS_EVERY);
-            assert!(run.next(&AtomicBool::new(false), &mut doubts).is_ok_and(|is_over| !is_over));
+        // Nothing is asked any more, and the clock stays as it is. The answers that begin the run do not count.
+        run.time_asked = i64::MAX;
+        for answer in 1..FIRST_QUESTIONS + more {
+            board.says(100_000 + u64::from(answer), &BoardMessage::Counters(Counters::default()));
+            while run.time_answers <= answer {
+                assert!(run.next(&AtomicBool::new(false), &mut doubts).is_ok_and(|is_over| !is_over));
+            }
         }
-        assert_eq!(doubts.0, told, "{answers}");
+        assert_eq!(doubts.0, doubted, "{more}");
     }
+}
+
+/// In the middle of a run and at its end: what the filter is told of the clock, where it is told anything.
+#[test]
+fn exact_what_the_filter_is_told_of_the_clock_is_shown() {
+    for (told_us, live, ended) in
+        [(500, " us (filter: 500 us rms)", " us; the filter is told of 500 us rms\n"), (0, " us", " us\n")]
+    {
+        let (mut run, mut board) = armed(StampWatch::none());
+        run.description.clock_error_us = told_us;
+        let progress = run.progress(1.0).to_string();
+        assert!(progress.contains(", clock +- ") && progress.ends_with(live), "{progress}");
+        board.says(100_001, &BoardMessage::Counters(Counters::default()));
+        let outcome = run.outcome(1.0, true, None);
+        assert_eq!(serde_json::to_value(&outcome).unwrap()["description"]["clock_error_us"], told_us);
+        let text = outcome.to_string();
+        let clock = text.split_inclusive('\n').find(|line| line.starts_with("clock ")).unwrap();
+        assert!(clock.contains("round trip") && clock.ends_with(ended), "{clock}");
+    }
+}
+
+/// The first questions follow one another; of the others each waits for a quarter of the time since arming, and for
+/// 100 ms of the board's time at most. The clock is then known to at most twice the bound of its exchanges.
+#[test]
+fn exact_questions_are_as_far_apart_as_the_drift_is_known() {
+    const MS: i64 = 1_000_000;
+    let (mut run, _board) = armed(StampWatch::none());
+    let pause = |run: &mut ArmedRun, since_armed: i64| {
+        run.time_asked = run.armed_at + since_armed;
+        run.time_pause()
+    };
+    assert_eq!(pause(&mut run, 8 * MS), 0);
+    run.time_answers = FIRST_QUESTIONS;
+    assert_eq!([8, 200, 400, 9_000].map(|ms| pause(&mut run, ms * MS) / MS), [2, 50, 100, 100]);
+    run.time_answered = false;
+    assert_eq!(pause(&mut run, 8 * MS), 1_000 * MS);
+    run.time_answered = true;
+    run.pace = BoardPace::new(0, 0);
+    run.pace.take(50_000, 1_000_000_000);
+    assert_eq!([8, 9_000].map(|ms| pause(&mut run, ms * MS) / MS), [2, 200]);
 }
 
 /// A board that reports changes alone says within the longest period that it is there: ten such periods are silence. A
