@@ -151,8 +151,8 @@ pub(super) fn prepare(
     Ok(DescriptionFigures { digest, sent, kept, filter, clock_error_us })
 }
 
-/// Lets the board at a port keep the description of the bench of `scene`, with its map, over a loss of power. The filter
-/// is told of an error of the clock of `clock_error_us`, as in the run before ([`DescriptionFigures`]).
+/// Lets the board at a port keep the description of the bench of `scene`, with its map, over a loss of power. The
+/// filter is told of an error of the clock of `clock_error_us`, as in the run before ([`DescriptionFigures`]).
 ///
 /// # Errors
 /// When there is no board, it has no place for a description, or refuses this one.
@@ -229,8 +229,8 @@ mod tests {
 
     use super::*;
 
-    /// The filter is told of the clock's error, or of a greater one of a camera's own clock: 349 us. Nothing else of the
-    /// description changes.
+    /// The filter is told of the clock's error, or of a greater one of a camera's own clock: 349 us. Nothing else of
+    /// the description changes.
     #[test]
     fn exact_the_error_of_the_clock_is_described() {
         for (sets, told, micros) in [

@@ -1,7 +1,7 @@
 //! The error of the board's clock, of which the filter is told before a run.
 //!
-//! Frames of a camera are stamped by the host's clock. What the host knows of the board's is a bound, which a line gives
-//! again and again: of every eight round trips the shortest counts. In a run the clock is carried on from such an
+//! Frames of a camera are stamped by the host's clock. What the host knows of the board's is a bound, which a line
+//! gives again and again: of every eight round trips the shortest counts. In a run the clock is carried on from such an
 //! exchange, by a drift that two of them give:
 //!
 //! ```text

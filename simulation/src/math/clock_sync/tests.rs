@@ -33,8 +33,8 @@ impl Truth {
     }
 }
 
-/// The worse of two exchanges is known to half of 3 ms and half a tick, whichever is the later one. Of one exchange it is
-/// that one.
+/// The worse of two exchanges is known to half of 3 ms and half a tick, whichever is the later one. Of one exchange it
+/// is that one.
 #[test]
 fn exact_the_worse_exchange_of_a_clock() {
     for (round_trips_ms, worst_ms) in [(&[2, 3][..], 3.0), (&[3, 2], 3.0), (&[2], 2.0)] {

@@ -94,8 +94,8 @@ pub const SETTINGS: &[Setting] = &[
         unit: "s",
         kind: Kind::Number { default: 0.0, min: 0.0, max: 1e-2 },
         meaning: "root mean square error of the clock that stamps frames, as the filters assume, where this is set; \
-                  else that of camera.clock_round_trip_s, of a camera with a clock of its own, or what a run on a board \
-                  with frames of a camera finds",
+                  else that of camera.clock_round_trip_s, of a camera with a clock of its own, or what a run on a \
+                  board with frames of a camera finds",
     },
     assumed(
         "estimator.assumed.hub.clearance_m",
