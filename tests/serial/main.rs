@@ -383,12 +383,14 @@ fn tool_run_without_a_board_says_why() {
     assert!(error.starts_with("error: run --deg-s does not read rate.profile; hint: "), "{error}");
     let error = run_with("/dev/null", &["--deg-s", "2000"]);
     assert!(error.contains("rate.deg_s = 2000"), "{error}");
-    // Before the board is looked for.
+    // Before the board is looked for, and nothing is said of a rate that is refused.
     let travel = ["--deg-s", "100", "--duration", "2", "--set", "limits.greatest_deg=199"];
-    let error = run_with("/dev/no-such-port", &[&INSTRUMENTS[..], &travel].concat());
+    let command = ["run", "--port", "/dev/no-such-port"];
+    let output = host_sim().args(command).args(INSTRUMENTS).args(travel).output().expect("host-sim starts");
     let leaves = "error: rate.deg_s = 100 for rate.duration_s = 2 leads to 200 deg, beyond limits.greatest_deg = 199; \
                   hint: the travel is up to 199 deg";
-    assert_eq!(error, leaves);
+    assert_eq!(refused(&output, 2), leaves);
+    assert_eq!(String::from_utf8_lossy(&output.stderr), format!("{leaves}\n"));
     let error = run("/dev/no-such-port");
     assert!(error.starts_with("error: there is no port /dev/no-such-port; hint: "), "{error}");
 

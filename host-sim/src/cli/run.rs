@@ -111,7 +111,7 @@ impl RunArgs {
             .map_err(|error| failed(error, None))?;
         let mut view = LiveView::new(self.log(&scene)?);
         if task == BoardTask::Rate {
-            progress::note(&promised_range(&PromisedRange::of(&scene)?));
+            view.promised = Some(promised_range(&PromisedRange::of(&scene)?));
         }
         let run = SerialRun {
             port: &self.port.port,
@@ -193,6 +193,8 @@ const LINE_EVERY: Duration = Duration::from_secs(1);
 /// Shows a run on standard error while it goes on, and logs it.
 pub(super) struct LiveView {
     log: Option<LogRecorder>,
+    /// What is said before a rate, once a board has answered: nothing on this side refuses it any more.
+    promised: Option<String>,
     /// A few lines that are drawn anew, on a terminal.
     lines: Option<ProgressBar>,
     printed: Option<Instant>,
@@ -201,7 +203,7 @@ pub(super) struct LiveView {
 impl LiveView {
     pub(super) fn new(log: Option<LogRecorder>) -> Self {
         let lines = std::io::stderr().is_terminal().then(progress::lines);
-        Self { log, lines, printed: None }
+        Self { log, promised: None, lines, printed: None }
     }
 
     /// Ends the view, and gives the log back.
@@ -215,6 +217,7 @@ impl LiveView {
 
 impl Watcher for LiveView {
     fn board(&mut self, identity: &IdentityFigures) {
+        self.promised.take().iter().for_each(|promised| progress::note(promised));
         identified(identity);
     }
 
