@@ -19,7 +19,7 @@ use crate::camera::track_tuning::TrackTuning;
 const COLOURED: f64 = 8.0;
 
 /// Running mean of the innovations, and of its square per its variance.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct InnovationCorrelation<T> {
     mean_rad: T,
     /// T, and the square of the mean per its variance after the last innovation.

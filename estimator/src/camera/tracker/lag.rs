@@ -40,6 +40,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         if frame.exposed_at < oldest.frame.exposed_at.max(oldest.track.state.at) {
             return self.refuse_for_time(frame, Rejection::OutOfHorizon);
         }
+        // A frame that is processed again tells nothing new of the process.
+        let correlation = self.correlation;
         let mut newer = Deque::<CameraFrame, FRAMES_KEPT>::new();
         while self.newest.frame.exposed_at > frame.exposed_at {
             let Some(before) = self.older.pop_back() else { break };
@@ -51,6 +53,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             let judged = self.process_newest(frame, quiet, process);
             first.or(Some(judged))
         });
+        self.correlation = correlation;
         innovation.unwrap_or(refused(frame, (T::zero(), T::zero()), Rejection::OutOfHorizon))
     }
 

@@ -114,6 +114,23 @@ fn exact_scattered_frames_contradict_nothing() {
     }
 }
 
+/// A late frame, and those after it that are processed again, are no further evidence of neighbours of one sign.
+#[test]
+fn exact_frames_that_are_processed_again_tell_nothing_new() {
+    let mut tracker = tracking();
+    let off_rad = 0.5 * math::sqrt(tracker.tuning.camera_rad2);
+    let mut observe = |n| {
+        let verdict = see(&mut tracker, n, truth(n) + off_rad, false);
+        assert_eq!(verdict, Verdict::Used, "{n}");
+        tracker.correlation
+    };
+    observe(101);
+    let before = observe(102);
+    let in_order = observe(104);
+    assert_ne!(before, in_order);
+    assert_eq!(observe(103), in_order);
+}
+
 /// A rotor that was taken to lie still and is seen elsewhere: the next rest is found after twice the time, 68 frames
 /// instead of the 34 of [`RestTest`].
 #[test]
