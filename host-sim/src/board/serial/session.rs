@@ -3,17 +3,17 @@
 //! A thread reads the port and sends what it decodes, with the time of its arrival ([`super::port_reader`]). Frames to
 //! the board are written at most at the line's rate.
 
+mod questions;
+
 use std::io::{ErrorKind, Write as _};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
 use controller::PositionLoop;
-use controller::map_correction::LearntFactors;
 use estimator::CameraFrame;
 use link::camera_frame::UNIT_NANOS;
 use link::{
-    Arrival, BoardFault, BoardIdentity, BoardMessage, Counters, DescriptionDigests, FRAME_BYTES_MAX, Header,
-    HostMessage, Sequence, encode, encode_camera,
+    Arrival, BoardFault, BoardMessage, FRAME_BYTES_MAX, Header, HostMessage, Sequence, encode, encode_camera,
 };
 use motor_model::Time;
 use serialport::SerialPort;
@@ -23,22 +23,13 @@ use super::frame_text::{FrameTextError, HostFrame};
 use super::host_clock::{day_nanos, host_nanos, nanos, seconds};
 use super::line_rate::{LineLoad, LinePace};
 use super::port_reader::PortReader;
-use super::time_questions::{TimeQuestions, is_time_answer};
+use super::time_questions::TimeQuestions;
 use super::{SerialError, port};
 
 /// Time for the first answer.
 const FIRST_ANSWER_MAX: Duration = Duration::from_secs(2);
 /// Time after which an unanswered Hello is sent again.
 const HELLO_EVERY: Duration = Duration::from_millis(250);
-/// Time for any other answer. A filter takes some ms to build, on an emulated board up to a second.
-const ANSWER_MAX: Duration = Duration::from_secs(3);
-/// Time for the answer of a board whose flash works: a board erases for up to 4.4 s to forget a description.
-const STORE_ANSWER_MAX: Duration = Duration::from_secs(10);
-/// Time after which the board is asked something else, to see whether an answer is late, or was lost.
-const LATE_AFTER: Duration = Duration::from_millis(250);
-/// Stops that are sent before the host gives up, and the time for the answer to each.
-const STOPS_MAX: usize = 3;
-const STOP_ANSWER_MAX: Duration = Duration::from_secs(1);
 
 /// What the host waits for.
 #[derive(Debug)]
@@ -122,42 +113,6 @@ impl BoardSession {
         };
         session.hello()?;
         Ok(session)
-    }
-
-    /// What the board is. The line may lose the question or its answer: it is asked again, once.
-    ///
-    /// # Errors
-    /// When the board does not answer.
-    pub(super) fn identity(&mut self) -> Result<BoardIdentity, SerialError> {
-        let what = "the question what it is";
-        for _ in 0..2 {
-            self.send(&HostMessage::Identify)?;
-            match self.answer(what, |answer| matches!(answer, BoardMessage::Identity(_))) {
-                Ok((_, BoardMessage::Identity(identity))) => return Ok(identity),
-                Ok(_) | Err(SerialError::Unanswered { .. }) => {}
-                Err(error) => return Err(error),
-            }
-        }
-        Err(SerialError::Unanswered { what, waited_s: 2.0 * ANSWER_MAX.as_secs_f64() })
-    }
-
-    /// Which description of the bench is in force on the board, and which it keeps; `None` where it has no place for
-    /// one. The line may lose the question or its answer: it is asked again, once.
-    ///
-    /// # Errors
-    /// When the board does not answer.
-    pub(super) fn digests(&mut self) -> Result<Option<DescriptionDigests>, SerialError> {
-        let what = "the question which description it has";
-        for _ in 0..2 {
-            self.send(&HostMessage::Digest)?;
-            match self.answer(what, |answer| matches!(answer, BoardMessage::Digests(_))) {
-                Ok((_, BoardMessage::Digests(digests))) => return Ok(Some(digests)),
-                Err(SerialError::Refused { fault: BoardFault::KeepsNothing, .. }) => return Ok(None),
-                Ok(_) | Err(SerialError::Unanswered { .. }) => {}
-                Err(error) => return Err(error),
-            }
-        }
-        Err(SerialError::Unanswered { what, waited_s: 2.0 * ANSWER_MAX.as_secs_f64() })
     }
 
     /// Where other threads put events.
@@ -318,145 +273,6 @@ impl BoardSession {
         self.send(question)?;
         self.asked = Some(self.last_sent);
         Ok(())
-    }
-
-    /// Arms the board; its count of ticks when it was armed.
-    ///
-    /// # Errors
-    /// When the board refuses it, or does not answer.
-    pub(super) fn arm(&mut self) -> Result<u64, SerialError> {
-        self.ask_time_by(&[HostMessage::Arm])?;
-        self.answer("arming", |answer| *answer == BoardMessage::Armed).map(|(header, _)| header.ticks)
-    }
-
-    /// The board's counters; `None` if it does not tell them.
-    pub(super) fn counters(&mut self) -> Option<Counters> {
-        let told = |answer: &BoardMessage| matches!(answer, BoardMessage::Counters(_));
-        match self.ask_again(&HostMessage::Count, "its counters", told) {
-            Ok((_, BoardMessage::Counters(counters))) => Some(counters),
-            _ => None,
-        }
-    }
-
-    /// What the move of the board has learnt of its motor; `None` if it does not tell it.
-    pub(super) fn learnt(&mut self) -> Option<LearntFactors> {
-        let told = |answer: &BoardMessage| matches!(answer, BoardMessage::Learnt(_));
-        match self.ask_again(&HostMessage::Learnt, "what it has learnt", told) {
-            Ok((_, BoardMessage::Learnt(learnt))) => Some(learnt.into()),
-            _ => None,
-        }
-    }
-
-    /// The answer to `question`. The line may lose either: it is asked again, once.
-    fn ask_again(
-        &mut self,
-        question: &HostMessage,
-        what: &'static str,
-        is_answer: impl Fn(&BoardMessage) -> bool,
-    ) -> Result<(Header, BoardMessage), SerialError> {
-        self.send(question)?;
-        match self.answer_within(LATE_AFTER, what, &is_answer) {
-            Err(SerialError::Unanswered { .. }) => {}
-            answered => return answered,
-        }
-        self.send(question)?;
-        self.answer(what, is_answer)
-    }
-
-    /// Sends `message` and waits for its answer, which is `expected`. The board answers in order: where it answers a
-    /// later question, and not this one, the line has lost the frame or its answer.
-    ///
-    /// # Errors
-    /// [`SerialError::Unanswered`] when it was lost, or the board is silent; when the board refuses it.
-    pub(super) fn ask(
-        &mut self,
-        message: &HostMessage,
-        what: &'static str,
-        expected: &BoardMessage,
-    ) -> Result<(), SerialError> {
-        let is_answer = |answer: &BoardMessage| answer == expected;
-        let is_later_answer = |answer: &BoardMessage| matches!(answer, BoardMessage::Counters(_));
-        self.send(message)?;
-        // A board whose flash works hears no questions.
-        let works = matches!(message, HostMessage::Keep | HostMessage::Forget);
-        match self.answer_within(if works { STORE_ANSWER_MAX } else { LATE_AFTER }, what, is_answer) {
-            Err(SerialError::Unanswered { .. }) if !works => {}
-            answered => return answered.map(|_| ()),
-        }
-        self.send(&HostMessage::Count)?;
-        let (_, answer) = self.answer(what, |answer| is_answer(answer) || is_later_answer(answer))?;
-        if is_later_answer(&answer) {
-            return Err(SerialError::Unanswered { what, waited_s: LATE_AFTER.as_secs_f64() });
-        }
-        // The next message has to find the line without that answer. It may be lost.
-        let _ = self.answer_within(LATE_AFTER, what, is_later_answer);
-        Ok(())
-    }
-
-    /// The count of ticks of a board that is not to be armed; its answer sets the clocks. The line may lose it or the
-    /// question: it is asked again, once.
-    ///
-    /// # Errors
-    /// When the board does not answer.
-    pub(super) fn ticks_unarmed(&mut self) -> Result<u64, SerialError> {
-        let what = "the question for its time";
-        self.ask_time_unarmed()?;
-        let answered = match self.answer_within(LATE_AFTER, what, is_time_answer) {
-            Err(SerialError::Unanswered { .. }) => {
-                self.ask_time_unarmed()?;
-                self.answer(what, is_time_answer)
-            }
-            answered => answered,
-        };
-        answered.map(|(header, _)| header.ticks)
-    }
-
-    fn answer(
-        &mut self,
-        what: &'static str,
-        is_answer: impl Fn(&BoardMessage) -> bool,
-    ) -> Result<(Header, BoardMessage), SerialError> {
-        self.answer_within(ANSWER_MAX, what, is_answer)
-    }
-
-    fn answer_within(
-        &mut self,
-        time: Duration,
-        what: &'static str,
-        is_answer: impl Fn(&BoardMessage) -> bool,
-    ) -> Result<(Header, BoardMessage), SerialError> {
-        let deadline = host_nanos() + nanos(time);
-        while let Some(event) = self.next_event_until(deadline) {
-            match event {
-                Event::Board { header, message, .. } if is_answer(&message) => {
-                    return Ok((header, message));
-                }
-                Event::Board { message: BoardMessage::Fault(fault), .. } => {
-                    return Err(SerialError::Refused { what, fault });
-                }
-                Event::Closed(reason) => return Err(self.closed(reason, None)),
-                _ => {}
-            }
-        }
-        Err(SerialError::Unanswered { what, waited_s: time.as_secs_f64() })
-    }
-
-    /// Stops the drive; whether the board has acknowledged it. What comes in the meantime is passed over.
-    pub(super) fn stop(&mut self) -> bool {
-        for _ in 0..STOPS_MAX {
-            if self.send(&HostMessage::Stop).is_err() {
-                return false;
-            }
-            let deadline = host_nanos() + nanos(STOP_ANSWER_MAX);
-            while let Some(event) = self.next_event_until(deadline) {
-                match event {
-                    Event::Board { message: BoardMessage::Stopped, .. } => return true,
-                    Event::Closed(_) => return false,
-                    _ => {}
-                }
-            }
-        }
-        false
     }
 
     /// Forgets what is known of the board's clock.

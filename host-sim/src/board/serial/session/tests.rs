@@ -1,5 +1,5 @@
 use controller::map_correction::MapCorrection;
-use link::ResetCause;
+use link::{BoardIdentity, Counters, ResetCause};
 
 use super::*;
 use crate::board::serial::fake_board::FakeBoard;
@@ -72,7 +72,9 @@ fn exact_lost_frames_of_the_board_are_counted() {
 #[test]
 fn exact_a_lost_question_is_asked_again() {
     let (mut session, mut board) = FakeBoard::with_session();
-    let learnt = LearntFactors::from(&MapCorrection::of(controller::ResponseMap::table_1()));
+    let learnt = controller::map_correction::LearntFactors::from(&MapCorrection::of(
+        controller::ResponseMap::table_1(),
+    ));
     let board = std::thread::spawn(move || {
         let asked = [board.hears(), board.hears()];
         board.says(7, &BoardMessage::Identity(identity()));
