@@ -7,7 +7,7 @@ use simulation::runs::filter::FILTERS;
 
 use crate::support::fault_bench::{
     B, Bench, Faults, Look, NONE, assert_never_false, assert_rms_at_most, assert_within_ms, by_filter,
-    delays_ms, drawn, rms_mdeg,
+    delays_ms, drawn, rms_mdeg, rms_of,
 };
 
 fn millis(millis: u64) -> Time {
@@ -124,6 +124,18 @@ fn law_late_frames_are_fused_where_they_belong() {
         let refused = |why| looks.iter().filter(|look| look.verdict == Some(Verdict::Rejected(why))).count();
         assert_eq!((refused(Rejection::OutOfHorizon), refused(Rejection::Future)), (0, 0));
         assert_never_false(&looks);
+    }
+}
+
+/// E7: half of the frames up to 2 ms late are no evidence against the kicks. The twin goes on to take them: it is less
+/// than half as far off as the filter without a vibrometer, which it is as good as where it takes none.
+#[test]
+fn law_late_frames_do_not_contradict_the_kicks() {
+    for mode in [DriveMode::B, DriveMode::C] {
+        let late = ["camera.late_probability=0.5", "camera.late_frames=20"];
+        let command = DriveCommand::full(mode);
+        let rms = rms_mdeg(&Bench::driven(&late, command).run(command, 200, NONE));
+        assert!(rms_of(&rms, "twin") < 0.5 * rms_of(&rms, "constant_rate"), "{rms:?}");
     }
 }
 
