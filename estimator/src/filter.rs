@@ -131,9 +131,9 @@ pub enum Reason {
     /// The vibrometer has shown a rotor pulled down, which no impact does: some samples are wrong, and for a while no
     /// impact is taken from it.
     VibrometerErratic,
-    /// The twin does not explain the impacts that the vibrometer shows, or the frames contradict the kicks that it
-    /// finds there: range, bias or times are wrong, the rotor tilts, or it hardly leaves the teeth. The filter goes
-    /// on with the camera alone.
+    /// The filter's model does not explain the impacts that the vibrometer shows, or the frames contradict the kicks
+    /// that it finds there: range, bias or times are wrong, the rotor tilts, or it hardly leaves the teeth. The filter
+    /// goes on with the camera alone.
     ImpactsUnexplained,
     /// No frame has arrived for two and a half of the usual intervals.
     CameraSilent,

@@ -9,4 +9,5 @@
 pub(crate) mod constant_rate;
 pub(crate) mod impact_aided;
 mod kick;
+mod kick_use;
 pub(crate) mod twin;

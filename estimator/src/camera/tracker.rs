@@ -109,6 +109,10 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// usual.
     const NIS_DOUBTED: f64 = 2.0;
 
+    /// Variance of an innovation, per that of the camera, beyond which its prediction was no more than a guess: after a
+    /// gap in the measurements. Each further frame makes it smaller, so that a mean of both would be of the first alone.
+    const GAP_VARIANCE: f64 = 100.0;
+
     /// The narrower gate of a moving rotor right after a refusal: outliers come in bursts, and one of them may lie
     /// within the wide gate by chance.
     const GATE_AFTER_REFUSAL: f64 = 16.0;
@@ -164,6 +168,11 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             self.correlation = InnovationCorrelation::white();
         }
         coloured
+    }
+
+    /// The innovations so far tell nothing of the process from now on.
+    pub(crate) fn forget_neighbours(&mut self) {
+        self.correlation = InnovationCorrelation::white();
     }
 
     /// Square of the mean of neighbouring innovations per its variance, and the share of the last frame in that mean.
@@ -302,8 +311,10 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         self.reference.begun = true;
         if !quiet {
             self.persistent_error.take(frame, &self.tuning);
-            // Frames that are noisier than the camera says tell of the camera.
-            if track.nis > T::from_f64(Self::NIS_DOUBTED) {
+            // Frames that are noisier than the camera says tell of the camera, and one that is far better known than its
+            // prediction tells of a gap before it.
+            let after_gap = variance_rad2 > T::from_f64(Self::GAP_VARIANCE) * self.tuning.camera_rad2;
+            if after_gap || track.nis > T::from_f64(Self::NIS_DOUBTED) {
                 self.correlation = InnovationCorrelation::white();
             } else {
                 self.correlation.take(innovation_rad, T::one() / variance_rad2, &self.tuning);

@@ -46,7 +46,15 @@
 //!   gap              first sample after a gap          random walk over the gap, as in ConstantRate
 //!   fault ends       sign or scale right again         kick of unknown sign right after the last frame
 //! ```
+//!
+//! # A rotor that tilts
+//!
+//! Its kicks are not those above, and its pin strikes it without a jump. Impacts at heights that no tooth reaches show
+//! it ([`impact_heights`]), or frames that pull the estimate one way: then no kicks are taken for a while, and the rate
+//! wanders as by the camera alone ([`crate::filters::kick_use`]).
 
+mod impact_heights;
+mod kick_use;
 mod process;
 pub(crate) mod ringing;
 #[cfg(feature = "tell")]
@@ -59,11 +67,13 @@ use motor_model::{DriveCommand, DriveMode, Real, Time};
 use crate::camera::process::Process;
 use crate::camera::track::State;
 use crate::camera::tracker::{FrameContext, Tracker};
+use crate::filters::kick_use::KickUse;
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::MotionWatch;
 use crate::{
     AngleFilter, CameraFrame, Estimate, Health, ImpactInnovation, Innovation, LdvSample, Motion, Reason,
 };
+use impact_heights::ImpactHeights;
 use process::{ImpactKick, ImpactKicks, KickedRate};
 use ringing::Ringing;
 #[cfg(feature = "tell")]
@@ -85,6 +95,10 @@ pub(crate) const RATE_MEMORY_S: f64 = 12e-3;
 /// Longest spacing of two samples in s at which the phase of the ringing is known: a third of a radian of mode C.
 const SAMPLE_SPACING_MAX_S: f64 = 7e-6;
 
+/// Jump per threshold of the detector from which an impact is no false alarm, though the vibrometer were half as noisy
+/// again as described.
+const SURE_THRESHOLDS: f64 = 1.5;
+
 /// Half the width of the distribution of the tooth's rate under mode B, in rad/s, without the change by ringing between
 /// two samples.
 const TOOTH_WIDTH_RAD_S: f64 = 1.0;
@@ -97,6 +111,8 @@ pub struct ImpactAided<T> {
     detector: ImpactDetector<T>,
     tracker: Tracker<T>,
     kicks: ImpactKicks<T>,
+    kick_use: KickUse,
+    heights: ImpactHeights<T>,
     /// The track after all kicks; `None` if there are none after the last frame.
     propagated: Option<State<T>>,
     ringing: Ringing<T>,
@@ -113,7 +129,10 @@ macro_rules! process {
             tuning: &$filter.tuning,
             kicks: &$filter.kicks,
             motions: $filter.watch.motions($now),
-            unseen: $filter.tuning.next_impact.unseen(&$filter.detector, $filter.watch.applied, true),
+            unseen: {
+                let (detector, drive) = (&$filter.detector, $filter.watch.applied);
+                $filter.tuning.next_impact.unseen(detector, drive, $filter.kick_use.taken)
+            },
         }
     };
 }
@@ -127,6 +146,8 @@ impl<T: Real> ImpactAided<T> {
             detector: ImpactDetector::new(tuning.detector),
             tracker: Tracker::new(tuning.constant_rate.track),
             kicks: Deque::new(),
+            kick_use: KickUse::new(),
+            heights: ImpactHeights::new(),
             propagated: None,
             ringing: Ringing::default(),
             ringing_known_from: Time::ZERO,
@@ -184,9 +205,14 @@ impl<T: Real> ImpactAided<T> {
                 let VibrometerEvent::Gap(seconds) = self.detector.observe(sample) else { return };
                 self.random_walk_over_gap(sample.taken_at, seconds);
             }
-            VibrometerEvent::Impact { before_m_s, jump_m_s } => {
-                if !self.detector.has_fault() {
-                    let within_s = before.map_or(T::zero(), |before| sample.taken_at.seconds_since(before));
+            VibrometerEvent::Impact { before_m_s, jump_m_s, height_m } => {
+                let within_s = before.map_or(T::zero(), |before| sample.taken_at.seconds_since(before));
+                let reach_m = self.tuning.reach_m + T::from_f64(2.0) * within_s * jump_m_s;
+                let sure = jump_m_s > T::from_f64(SURE_THRESHOLDS) * self.detector.threshold_m_s();
+                if !self.detector.has_fault() && self.heights.show_tilt(height_m, reach_m, sure) {
+                    self.review_kick_use(sample.taken_at, true);
+                }
+                if !self.detector.has_fault() && self.kick_use.taken {
                     let kick = self.impact_kick(sample.taken_at, within_s, before_m_s, jump_m_s);
                     #[cfg(feature = "tell")]
                     let kick = self.of_told_sign(kick, jump_m_s);
@@ -207,11 +233,21 @@ impl<T: Real> ImpactAided<T> {
     fn random_walk_over_gap(&mut self, at: Time, seconds: T) {
         let intensity = self.tuning.constant_rate.random_walk.intensity_rad2_s3(self.watch.motion(at), false);
         self.forget_ringing(at);
+        self.tracker.forget_neighbours();
         let seconds = seconds.at_most(T::from_f64(RATE_MEMORY_S));
         self.record_kick(ImpactKick::unknown(at, intensity * seconds));
     }
 
-    /// The vibrometer is right again at `at`: the impacts since the last frame are not known.
+    /// A fault of the vibrometer has ended at `at`: what contradicted the kicks before was the fault's.
+    #[cold]
+    fn end_fault(&mut self, at: Time) {
+        self.heights = ImpactHeights::new();
+        self.tracker.forget_neighbours();
+        self.kick_use.forgive();
+        self.resume_detection(at);
+    }
+
+    /// The vibrometer is right again at `at`, or kicks are taken again: those since the last frame are not known.
     #[cold]
     fn resume_detection(&mut self, at: Time) {
         let Some(from) = self.tracker.track().map(|track| track.state.at) else { return };
@@ -276,7 +312,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
             let sample = &self.detector.scaled(&self.watch.corrected(sample));
             let detection = self.detector.observe(sample);
             if had_fault && !self.detector.has_fault() {
-                self.resume_detection(sample.taken_at);
+                self.end_fault(sample.taken_at);
             }
             if !matches!(detection, VibrometerEvent::Flight) {
                 self.take_detection(sample, detection, before);
@@ -293,6 +329,8 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         let context = FrameContext { clock, quiet: motion == Motion::Quiet, disputed };
         let before = self.tracker.place();
         let innovation = self.tracker.update(frame, context, &process);
+        let contradicted = self.tracker.take_contradiction();
+        self.review_kick_use(clock, contradicted);
         self.watch.note_rest(self.tracker.is_resting(), clock);
         if self.watch.noise_m_s() != self.tuning.detector.noise_m_s {
             self.use_learnt_noise();
@@ -320,7 +358,9 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     fn assess_for(&self, now: Time, instant: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         let estimate = self.estimate(instant);
-        let health = self.tracker.judge(estimate.as_ref(), now, silent.or(self.detector.fault));
+        let unexplained = (!self.kick_use.taken).then_some(Reason::ImpactsUnexplained);
+        let health =
+            self.tracker.judge(estimate.as_ref(), now, silent.or(self.detector.fault).or(unexplained));
         (estimate, health)
     }
 }

@@ -133,13 +133,13 @@ use motor_model::{DriveCommand, DriveMode, Real, Time};
 
 use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason, ResonanceOffset};
+use crate::filters::kick_use::KickUse;
 use crate::innovation::{ImpactInnovation, Innovation};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::{Motion, MotionWatch};
 pub use checked_motor::CheckedMotor;
 use kick_record::{KickRecord, KickRecords};
-use kick_use::KickUse;
 use learnt_parameters::LearntCopies;
 use measured_impact::{MeasuredImpact, Uncertain};
 use misfit_monitor::MisfitMonitor;

@@ -115,6 +115,8 @@ pub(crate) enum VibrometerEvent<T> {
         before_m_s: T,
         /// Jump of the velocity, `dv`, in m/s.
         jump_m_s: T,
+        /// Height above the last impact, in m; 0 if the flight is not known from there on.
+        height_m: T,
     },
     /// The velocity fell suddenly, which no contact does: samples were wrong, these or those before.
     Fall {
@@ -141,6 +143,8 @@ pub(crate) struct Flight<T> {
     pub(crate) velocity_variance: T,
     /// Whether the last sample was too far below its prediction.
     pub(crate) below: bool,
+    /// Whether it began at an impact.
+    pub(crate) from_impact: bool,
 }
 
 impl<T: Real> Flight<T> {
@@ -274,16 +278,17 @@ impl<T: Real> ImpactDetector<T> {
         let square_m2_s2 = innovation * innovation;
         if square_m2_s2 > self.limit_m2_s2 * (T::one() + flight.velocity_variance) {
             let (before_m_s, upwards) = (flight.velocity_m_s, innovation > T::zero());
+            let height_m = if flight.from_impact { flight.height_m } else { T::zero() };
             if !upwards && !core::mem::replace(&mut flight.below, true) {
                 return VibrometerEvent::Flight;
             }
             self.note_jump(if upwards { square_m2_s2 } else { -square_m2_s2 });
             let velocity = velocity * self.end_flight();
-            self.flight = Flight::begun(velocity);
+            self.flight = Flight { from_impact: upwards, ..Flight::begun(velocity) };
             let event = if upwards {
                 self.free_fall.begin(velocity, innovation);
                 self.jump_m_s = innovation;
-                VibrometerEvent::Impact { before_m_s, jump_m_s: innovation }
+                VibrometerEvent::Impact { before_m_s, jump_m_s: innovation, height_m }
             } else {
                 self.note_fall(at, -innovation)
             };

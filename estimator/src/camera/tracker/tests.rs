@@ -131,6 +131,22 @@ fn exact_frames_that_are_processed_again_tell_nothing_new() {
     assert_eq!(observe(103), in_order);
 }
 
+/// The first frame after a gap is off its prediction by 9 standard deviations of the camera, which a prediction a
+/// hundred times less certain than a frame allows. It is used, and no evidence against the process.
+#[test]
+fn exact_a_frame_after_a_gap_is_no_evidence_against_the_process() {
+    let evidence = |prior_per_camera: f64| {
+        let mut tracker = tracking();
+        let camera_rad2 = tracker.tuning.camera_rad2;
+        tracker.newest.track.state.covariance =
+            AngleRateCovariance::diagonal(prior_per_camera * camera_rad2, 0.0);
+        let verdict = see(&mut tracker, 101, truth(101) + 9.0 * math::sqrt(camera_rad2), false);
+        assert_eq!(verdict, Verdict::Used);
+        tracker.correlation != InnovationCorrelation::white()
+    };
+    assert_eq!([50.0, 200.0].map(evidence), [true, false]);
+}
+
 /// A rotor that was taken to lie still and is seen elsewhere: the next rest is found after twice the time, 68 frames
 /// instead of the 34 of [`RestTest`].
 #[test]

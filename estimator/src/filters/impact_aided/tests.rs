@@ -16,7 +16,7 @@ fn tuning<T: Real>() -> ImpactAidedTuning<T> {
     ImpactAidedTuning::new(&MotorParams::nominal(), &Instruments::default())
 }
 
-fn driven<T: Real>(mode: DriveMode) -> ImpactAided<T> {
+pub(super) fn driven<T: Real>(mode: DriveMode) -> ImpactAided<T> {
     let mut filter = ImpactAided::new(&tuning());
     filter.drive(Time::ZERO, DriveCommand::full(mode));
     filter

@@ -35,6 +35,8 @@ pub struct ImpactAidedTuning<T> {
     pub(crate) unexplained: T,
     /// Process noise between impacts under modes B and C by impacts below the detector's threshold, in rad^2/s^3.
     pub(crate) missed_rad2_s3: [T; 2],
+    /// How far a rotor rises or falls between two impacts at most, A of [`super::impact_heights`], in m.
+    pub(crate) reach_m: T,
     /// What the impacts do that no sample has shown yet.
     pub(crate) next_impact: NextImpactTuning<T>,
     /// Time between two samples of the vibrometer, in ns.
@@ -62,6 +64,7 @@ impl<T: Real> ImpactAidedTuning<T> {
             unexplained_b: T::from_f64(0.126),
             unexplained: T::from_f64(UNEXPLAINED),
             missed_rad2_s3: MISSED_RAD2_S3.map(T::from_f64),
+            reach_m: T::from_f64(get(Parameter::ModeBToothAmplitude)),
             next_impact: NextImpactTuning::new(
                 params,
                 UNEXPLAINED * kick * kick,

@@ -37,7 +37,7 @@ impl<T: Real> TwinFilter<T> {
                 self.stator.height_m += half_s * (self.last_sample_m_s + sample_m_s);
                 self.refine_jump_after(self.tuning.refining_samples);
             }
-            VibrometerEvent::Impact { before_m_s, jump_m_s } => {
+            VibrometerEvent::Impact { before_m_s, jump_m_s, .. } => {
                 self.stator.height_m += half_s * (self.last_sample_m_s + before_m_s);
                 let jump_m2_s2 = self.sample_m2_s2() * (T::one() + flight.velocity_variance);
                 let behind_s = self.stator.behind_s(sample.taken_at);
@@ -107,7 +107,7 @@ mod tests {
         // The weight of a rotor without drive makes it: the stator is not updated by it.
         (filter.last_sample_m_s, filter.drive) = (-0.02, DriveCommand::OFF);
         filter.stator_follows = false;
-        let event = VibrometerEvent::Impact { before_m_s: -0.04, jump_m_s: 0.09 };
+        let event = VibrometerEvent::Impact { before_m_s: -0.04, jump_m_s: 0.09, height_m: 0.0 };
         let flight = filter.detector.flight;
         filter.act_on(&sample(1000, 0.05), event, &flight, 5e-6);
         let expected = 5e-6 * 0.5 * (-0.02 - 0.04);

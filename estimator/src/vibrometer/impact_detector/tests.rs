@@ -235,6 +235,31 @@ fn exact_detection_probability_against_jump_size() {
     }
 }
 
+/// A rotor that leaves an impact at `v` is `v t - g t^2 / 2` above it when it is struck again, but for the film's
+/// damping of some percent and half a sample's time. From a gap, or from a fall, the height is not known.
+#[test]
+fn exact_an_impact_tells_its_height_above_the_last_one() {
+    let heights = |first_m_s: f64, gap: u64| {
+        let mut detector = ImpactDetector::new(tuning(5.0));
+        let mut heights = heapless::Vec::<f64, 4>::new();
+        let mut observe = |n, velocity_m_s| {
+            if let VibrometerEvent::Impact { height_m, .. } = detector.observe(&sample(n, velocity_m_s)) {
+                heights.push(height_m).unwrap();
+            }
+        };
+        (0..100).for_each(|n| observe(n + 1, flight(&tuning(5.0), -first_m_s, n)));
+        (100..300).for_each(|n| observe(n + 1, flight(&tuning(5.0), first_m_s, n - 100)));
+        (300..400).for_each(|n| observe(n + 1 + gap, flight(&tuning(5.0), first_m_s, n - 300)));
+        heights
+    };
+    let risen_m = 0.05 * 1e-3 - 0.5 * 9.81 * 1e-6;
+    let of_flight = heights(0.05, 0);
+    assert_eq!(of_flight.len(), 2);
+    assert!(of_flight[0].abs() < f64::EPSILON, "the flight before did not begin at an impact");
+    assert!((of_flight[1] / risen_m - 1.0).abs() < 0.05, "{} {risen_m}", of_flight[1]);
+    assert_eq!(heights(0.05, 1000), [0.0]);
+}
+
 /// The jump's size is unbiased and as good as said: variance `sigma^2 (1 + 1/20)` after twenty samples.
 #[test]
 fn exact_jump_size() {
@@ -247,7 +272,7 @@ fn exact_jump_size() {
             let noise: f64 = normal.next().unwrap();
             let jumped = if n == 20 { 0.03 } else { 0.0 };
             let velocity = flight(&tuning, -0.02, n) + jumped + 2e-4 * noise;
-            if let VibrometerEvent::Impact { before_m_s, jump_m_s } =
+            if let VibrometerEvent::Impact { before_m_s, jump_m_s, .. } =
                 detector.observe(&sample(run * 1000 + n + 1, velocity))
             {
                 assert_eq!(n, 20);

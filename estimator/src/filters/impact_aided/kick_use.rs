@@ -1,0 +1,83 @@
+//! Whether the track takes the kicks of the impacts, or wanders as by the camera alone.
+//!
+//! Two kinds of evidence show a rotor whose kicks are not those of the model, since it tilts: impacts at heights that
+//! no tooth reaches ([`super::impact_heights`]), or frames that pull the estimate one way
+//! ([`crate::filters::kick_use`]).
+
+use motor_model::{Real, Time};
+
+use super::ImpactAided;
+
+impl<T: Real> ImpactAided<T> {
+    /// Decides at `now` whether kicks are taken, which frames or impacts have contradicted or not.
+    pub(super) fn review_kick_use(&mut self, now: Time, contradicted: bool) {
+        let driven = self.watch.applied.mode().is_some();
+        if contradicted && driven && self.kick_use.taken && !self.detector.has_fault() {
+            self.kick_use.contradict(now);
+        }
+        let taken = !driven || self.kick_use.allows(now);
+        if self.kick_use.set(taken, now) {
+            self.resume_detection(now);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use motor_model::{Angle, DriveCommand, DriveMode};
+
+    use super::*;
+    use crate::filter::{AngleFilter as _, Health, Reason};
+    use crate::filters::impact_aided::tests::driven;
+    use crate::measurement::{CameraFrame, LdvSample};
+
+    /// Under the drive a rotor that is struck 80 um above the last impact each time: from the second such impact on no
+    /// kicks are taken, and the health says so. Without drive they are, from the next frame on.
+    #[test]
+    fn exact_no_kicks_are_taken_of_a_rotor_that_tilts() {
+        let mut filter = driven::<f64>(DriveMode::B);
+        let mut shown_after = None;
+        for n in 0..2000_u64 {
+            let at = Time::from_micros(5 * (n + 1));
+            // Up with 50 mm/s for 2 ms: after it 30 mm/s are left, and it is struck again.
+            let velocity_m_s = (0.05 - 9.81 * 5e-6 * (n % 400) as f64) as f32;
+            filter.update_ldv(&LdvSample { taken_at: at, velocity_m_s });
+            if n % 20 == 0 {
+                filter.update_camera(&CameraFrame::new(at, Angle::from_degrees(1e-3 * n as f64)));
+            }
+            if shown_after.is_none() && filter.health(at) == Health::Degraded(Reason::ImpactsUnexplained) {
+                shown_after = Some(n / 400);
+            }
+        }
+        assert_eq!(shown_after, Some(3));
+        assert!(!filter.kick_use.taken);
+        let end = Time::from_micros(10_100);
+        filter.drive(end, DriveCommand::OFF);
+        filter.update_camera(&CameraFrame::new(end, Angle::from_degrees(2.0)));
+        assert!(filter.kick_use.taken);
+    }
+
+    /// Frames of a rotor that becomes faster by 80 rad/s each second while no impact kicks it. In the 10 ms between two
+    /// impacts it leaves the line of a constant rate by 40 mdeg, four times a frame's noise, and always to one side. A
+    /// rotor at rest gives no reason.
+    #[test]
+    fn law_frames_that_pull_one_way_end_the_use_of_kicks() {
+        for (rad_s2, ends) in [(0.0, false), (80.0, true)] {
+            let mut filter = driven::<f64>(DriveMode::B);
+            let mut ended = false;
+            for n in 0..20_000_u64 {
+                let at = Time::from_micros(5 * (n + 1));
+                // Bounces of 10 ms, each from where the last one was.
+                let velocity_m_s = (9.81 * 5e-6 * (1000.0 - (n % 2000) as f64)) as f32;
+                filter.update_ldv(&LdvSample { taken_at: at, velocity_m_s });
+                if n % 20 == 0 {
+                    let seconds = 5e-6 * (n + 1) as f64;
+                    let angle = Angle::from_degrees((0.5 * rad_s2 * seconds * seconds).to_degrees());
+                    filter.update_camera(&CameraFrame::new(at, angle));
+                }
+                ended |= !filter.kick_use.taken;
+            }
+            assert_eq!(ended, ends, "{rad_s2} rad/s^2");
+        }
+    }
+}
