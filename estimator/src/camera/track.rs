@@ -35,6 +35,9 @@
 //! then              variance = max(v_0, min(v_1, n P22))       v_0 = 3e-10 rad^2/s^2, n = 40 frames
 //! ```
 //!
+//! Where the vibrometer shows a flight the variance stays `u^2`: a rotor that tilts goes on rocking on the teeth,
+//! by some 0.05 rad/s and half a milli-degree, which the slope over many frames does not show.
+//!
 //! With it P22 falls below `u^2` at once and by the factor e every m frames to `v_1`, becomes `v_1 / k` after k frames
 //! more, then falls by the factor e every n frames, to what the process noise of rest leaves. `v_0` and `v_1` are those
 //! of the default camera. Another one's are as many times larger as its frames are more, so that the angle's variance
@@ -236,10 +239,12 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         }
     }
 
-    /// Fuses a rate of zero, with the variance that the ringing stator causes.
-    pub(crate) fn fuse_rest(&mut self, tuning: &TrackTuning<T>) {
+    /// Fuses a rate of zero, with the variance that the ringing stator causes, or a rotor that rocks where the
+    /// vibrometer disputes that it rests.
+    pub(crate) fn fuse_rest(&mut self, tuning: &TrackTuning<T>, disputed: bool) {
         let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
-        let variance = zero_rate_rad2_s2(covariance.rate_rad2_s2(), tuning);
+        let ringing_rad2_s2 = zero_rate_rad2_s2(covariance.rate_rad2_s2(), tuning);
+        let variance = if disputed { T::from_f64(SLOPE_RAD_S * SLOPE_RAD_S) } else { ringing_rad2_s2 };
         let [turn_rad, faster_rad_s] = covariance.correct_by_rate(-*rate_rad_s, variance);
         angle.turn_by_radians(turn_rad);
         *rate_rad_s += faster_rad_s;
@@ -278,6 +283,22 @@ mod tests {
         let again = started(&tuning, Some(&track));
         assert!(again.nis.to_bits() == track.nis.to_bits() && track.nis > 1.5, "{}", again.nis);
         assert_eq!(again.far, 0b111);
+    }
+
+    /// A rotor that is called at rest while the vibrometer shows a flight: each frame tells that the rate is zero to
+    /// 0.15 rad/s, so that k of them leave that over `sqrt(k + 1)`. Without the flight it is known better.
+    #[test]
+    fn exact_a_disputed_rest_leaves_the_rate_uncertain() {
+        let tuning = TrackTuning::default();
+        let slope_rad2_s2 = SLOPE_RAD_S * SLOPE_RAD_S;
+        let after_99 = |disputed| {
+            let mut track = started(&tuning, None);
+            track.state.covariance = AngleRateCovariance::diagonal(1e-8, slope_rad2_s2);
+            (0..99).for_each(|_| track.fuse_rest(&tuning, disputed));
+            track.state.covariance.rate_rad2_s2()
+        };
+        assert!((100.0 * after_99(true) / slope_rad2_s2 - 1.0).abs() < 1e-9);
+        assert!(100.0 * after_99(false) < 0.1 * slope_rad2_s2);
     }
 
     /// A rotor that was moved while it lay still, and lies still again: where it lies now it has not moved.

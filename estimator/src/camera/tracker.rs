@@ -338,7 +338,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             }
         }
         if track.resting {
-            track.fuse_rest(&self.tuning);
+            track.fuse_rest(&self.tuning, self.rest_test.disputed);
         }
         let verdict = if repeated { Verdict::Rejected(Rejection::Repeated) } else { Verdict::Used };
         record(frame, innovation, verdict)
