@@ -8,7 +8,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::axis::Scale;
-use super::thinning::thinned;
+use super::thinning::{distinct, thinned};
 use super::{Colour, Figure, Mark, Panel, Series};
 use crate::report::OutputError;
 
@@ -183,8 +183,10 @@ fn draw_series(series: &Series, chart: &mut Chart<'_, '_>, x: &Scale, y: &Scale)
             chart.draw_series(LineSeries::new(shown(&staircase(points)), stroke)).map(drop)
         }
         Mark::Points(points) => {
-            let dots = shown(points).into_iter().map(|point| Circle::new(point, fine(2.6), colour.filled()));
-            chart.draw_series(dots).map(drop)
+            let places: Vec<_> =
+                points.iter().filter_map(|&(a, b)| Some((x.place(a)?, y.place_inside(b)?))).collect();
+            let dots = distinct(&places, &x.span, &y.span, WIDTH).into_iter();
+            chart.draw_series(dots.map(|dot| Circle::new(dot, fine(2.6), colour.filled()))).map(drop)
         }
         Mark::ErrorBars(bars) => {
             let bar = |&(a, middle, half): &(f64, f64, f64)| {

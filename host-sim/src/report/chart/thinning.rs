@@ -1,5 +1,6 @@
-//! Thinning of a line to the points that a pixel column can show.
+//! Thinning of a line to the points that a pixel column can show, and of dots to those that a pixel can.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 /// The part of `points` within `span` and one neighbour at each side: at most the first, the lowest, the highest and
@@ -37,9 +38,30 @@ fn inside<'a>(points: &'a [(f64, f64)], span: &Range<f64>) -> &'a [(f64, f64)] {
     points.get(first..last).unwrap_or(points)
 }
 
+/// The dots within the spans, in any order, but for those of the same cell as one before: each span has `cells`.
+pub(super) fn distinct(dots: &[(f64, f64)], x: &Range<f64>, y: &Range<f64>, cells: u32) -> Vec<(f64, f64)> {
+    let cell = |value: f64, span: &Range<f64>| {
+        ((value - span.start) / (span.end - span.start) * f64::from(cells)).floor().to_bits()
+    };
+    let mut taken = HashSet::new();
+    let shown = |&&(a, b): &&(f64, f64)| {
+        let inside = (x.start..=x.end).contains(&a) && (y.start..=y.end).contains(&b);
+        inside && taken.insert((cell(a, x), cell(b, y)))
+    };
+    dots.iter().filter(shown).copied().collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Three dots of one column and dots in falling order are all shown; one on another and one outside are not.
+    #[test]
+    fn exact_dots_that_are_apart_are_all_shown() {
+        let dots = [(5.0, 1.0), (5.0, 2.0), (5.0, 3.0), (4.0, 2.0), (1.0, 9.0), (5.0, 2.000_1), (11.0, 2.0)];
+        assert_eq!(distinct(&dots, &(0.0..10.0), &(0.0..10.0), 800), dots[..5]);
+        assert_eq!(distinct(&[], &(0.0..10.0), &(0.0..10.0), 800), []);
+    }
 
     #[test]
     fn exact_extremes_survive() {
