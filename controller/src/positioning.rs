@@ -124,7 +124,7 @@ impl Positioning {
     }
 
     /// Another target from `now` on, in any phase: a cruise goes on if it still leads to the target, as strong as that
-    /// asks for; a burst ends first. What was learnt is kept.
+    /// asks for; a burst ends first. What was learnt is kept. Out of the travel the drive goes off at once.
     // One copy of it, for the smallest board's flash.
     #[inline(never)]
     pub fn retarget(&mut self, target: Target, now: Time) {
@@ -140,6 +140,10 @@ impl Positioning {
         self.nearest_rad = f32::INFINITY;
         self.retargeted = matches!(self.phase, PositioningPhase::Cruise { .. });
         self.phase = if !self.tuning.limits.travel.contains(target.angle()) {
+            if matches!(self.phase, PositioningPhase::Burst { .. }) {
+                // As at the deadline.
+                self.rest.forget();
+            }
             PositioningPhase::Stopped(StopReason::OutOfTravel)
         } else if matches!(self.phase, PositioningPhase::Stopped(_) | PositioningPhase::Holding) {
             self.watch = SettlingWatch::new(None);

@@ -16,5 +16,6 @@ mod law_camera_faults;
 mod law_camera_reference;
 mod law_faults_of_many_motors;
 mod law_first_drive;
+mod law_slow_and_late_cameras;
 mod law_vibrometer_faults;
 mod law_vibrometer_told_or_covered;

@@ -74,7 +74,9 @@ impl ErrorSums {
         let of_angle = off_rad * off_rad / p11;
         self.normalised[0] += of_angle;
         self.normalised[1] += off_rad_s * off_rad_s / p22;
-        self.normalised[2] += 0.5 * joint / (p11 * p22 - p12 * p12);
+        // The moments are rounded to f32, after which those of a rate that is hardly known may be no covariance.
+        let least = 4.0 * f64::from(f32::EPSILON) * p11 * p22;
+        self.normalised[2] += 0.5 * joint.max(0.0) / (p11 * p22 - p12 * p12).max(least);
         self.stated.add_error(off_mdeg, of_angle, health);
         self.false_valid += u64::from(is_falsely_valid(off_mdeg, of_angle, health));
     }

@@ -1,7 +1,7 @@
 //! The state machine on a rotor that turns as a test prescribes.
 
 use super::*;
-use crate::target::Limits;
+use crate::target::{Limits, Travel};
 use estimator::Reason;
 
 mod faults;
@@ -344,4 +344,28 @@ fn dual_a_bound_by_squares_is_that_by_the_root() {
             }
         }
     }
+}
+
+/// A burst that is cut, since the next target lies out of the travel, turns by less than was forecast: nothing is
+/// learnt of it.
+#[test]
+fn exact_a_burst_that_another_target_cuts_teaches_nothing() {
+    let travel = Travel::try_new(-10.0, 10.0).unwrap();
+    let mut scenario = Scenario::limited(-20.0, 1.0, Limits { travel, ..Limits::default() });
+    let family = (0..100_000).find_map(|_| {
+        scenario.rest();
+        let phase = scenario.positioning.phase();
+        if let PositioningPhase::Burst { family, .. } = phase { Some(family) } else { None }
+    });
+    let family = family.expect("a burst");
+    // The drive has made the angle uncertain: what is seen then does not depend on the angle before.
+    let driven = Estimate { angle_rad2: 1e-8, ..scenario.estimate(true, 0.1) };
+    let seen = Estimate { angle_rad2: 1e-10, ..driven };
+    let before = scenario.positioning.correction.scale(family);
+    scenario.positioning.retarget(Target::try_new(50.0, 0.001).unwrap(), scenario.now);
+    assert_eq!(scenario.positioning.phase(), PositioningPhase::Stopped(StopReason::OutOfTravel));
+    scenario.positioning.rest.note_variance(&driven, 0.0);
+    scenario.positioning.retarget(Target::try_new(0.0, 0.001).unwrap(), scenario.now);
+    let after = scenario.positioning.corrected(&seen).scale(family);
+    assert!((after - before).abs() < 1e-6, "{before} {after}");
 }

@@ -109,9 +109,9 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// usual.
     const NIS_DOUBTED: f64 = 2.0;
 
-    /// Variance of an innovation, per that of the camera, beyond which its prediction was no more than a guess: after a
-    /// gap in the measurements. Each further frame makes it smaller, so that a mean of both would be of the first alone.
-    const GAP_VARIANCE: f64 = 100.0;
+    /// Variance of an innovation, per that of the camera, beyond which a gap between frames has made the prediction a
+    /// guess. The next frames' is far smaller, so that a mean of both would be of the first alone.
+    const GUESS_VARIANCE: f64 = 100.0;
 
     /// The narrower gate of a moving rotor right after a refusal: outliers come in bursts, and one of them may lie
     /// within the wide gate by chance.
@@ -276,8 +276,10 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             quiet,
         ));
         let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
-        // Written so that NaN and a variance that has overflowed fail both.
-        let turn_known = variance_rad2 <= T::from_f64(Reference::<T, B>::LOST_RAD2);
+        // Written so that NaN and a variance that has overflowed fail both. A rotor that was quiet since the last frame has
+        // not turned round, however little is known of its rate.
+        let turn_known = variance_rad2
+            <= T::from_f64(if quiet { f64::from(f32::MAX) } else { Reference::<T, B>::LOST_RAD2 });
         let near = normalised <= T::from_f64(Self::GATE_AFTER_REFUSAL);
         let trusted = near || quiet || track.refusals == 0 || track.nis <= T::from_f64(Self::NIS_DOUBTED);
         let plausible = normalised <= self.tuning.gate && trusted;
@@ -311,10 +313,12 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         self.reference.begun = true;
         if !quiet {
             self.persistent_error.take(frame, &self.tuning);
-            // Frames that are noisier than the camera says tell of the camera, and one that is far better known than its
-            // prediction tells of a gap before it.
-            let after_gap = variance_rad2 > T::from_f64(Self::GAP_VARIANCE) * self.tuning.camera_rad2;
-            if after_gap || track.nis > T::from_f64(Self::NIS_DOUBTED) {
+            // Frames that are noisier than the camera says tell of the camera, one after a long gap tells of the gap.
+            let guessed = variance_rad2 > T::from_f64(Self::GUESS_VARIANCE) * self.tuning.camera_rad2;
+            let gap = |before: &TrackedFrame<T, B>| {
+                self.intervals.is_gap(before.frame.exposed_at, frame.exposed_at)
+            };
+            if guessed && self.older.back().is_some_and(gap) || track.nis > T::from_f64(Self::NIS_DOUBTED) {
                 self.correlation = InnovationCorrelation::white();
             } else {
                 self.correlation.take(innovation_rad, T::one() / variance_rad2, &self.tuning);

@@ -129,6 +129,7 @@ macro_rules! process {
             tuning: &$filter.tuning,
             kicks: &$filter.kicks,
             motions: $filter.watch.motions($now),
+            taken_since: $filter.kick_use.since,
             unseen: {
                 let (detector, drive) = (&$filter.detector, $filter.watch.applied);
                 $filter.tuning.next_impact.unseen(detector, drive, $filter.kick_use.taken)
@@ -200,11 +201,15 @@ impl<T: Real> ImpactAided<T> {
             VibrometerEvent::Rejected => {
                 // The watch has started again: the samples before had wrong times.
                 self.detector.start_again();
+                self.kick_use.rewind(sample.taken_at);
+                self.heights = ImpactHeights::new();
                 while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
                 self.propagated = None;
                 let VibrometerEvent::Gap(seconds) = self.detector.observe(sample) else { return };
                 self.random_walk_over_gap(sample.taken_at, seconds);
             }
+            // The weight of a rotor that lies on the teeth makes it.
+            VibrometerEvent::Impact { .. } if self.watch.motion(sample.taken_at) == Motion::Quiet => (),
             VibrometerEvent::Impact { before_m_s, jump_m_s, height_m } => {
                 let within_s = before.map_or(T::zero(), |before| sample.taken_at.seconds_since(before));
                 let reach_m = self.tuning.reach_m + T::from_f64(2.0) * within_s * jump_m_s;
@@ -244,6 +249,7 @@ impl<T: Real> ImpactAided<T> {
         self.heights = ImpactHeights::new();
         self.tracker.forget_neighbours();
         self.kick_use.forgive();
+        self.kick_use.since = at;
         self.resume_detection(at);
     }
 
@@ -265,7 +271,10 @@ impl<T: Real> ImpactAided<T> {
 
     /// Keeps a kick. One that becomes known only after a later frame has been fused acts right after that frame.
     fn record_kick(&mut self, mut kick: ImpactKick<T>) {
-        let Some(track) = self.tracker.track() else { return };
+        let Some(track) = self.tracker.track() else {
+            self.kick_use.since = kick.at;
+            return;
+        };
         kick.at = kick.at.max(track.state.at.plus_nanos(1));
         if let Some(oldest) = self.kicks.front().map(|kick| kick.at)
             && self.kicks.is_full()
@@ -299,6 +308,7 @@ impl<T: Real> ImpactAided<T> {
 impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     fn drive(&mut self, at: Time, command: DriveCommand) {
         self.watch.drive(at, command);
+        self.review_kick_use(at, false);
         if command.mode().is_some() {
             self.tracker.end_rest();
         }

@@ -25,7 +25,7 @@ use motor_model::Time;
 const FIRST_NANOS: u64 = 50_000_000;
 /// How often it doubles: up to 6.4 s.
 const DOUBLINGS_MAX: u8 = 7;
-/// Kicks taken for so many times the last time without them halve the next one.
+/// Kicks taken for so many times the next time without them halve that time.
 const PROVEN: u64 = 4;
 
 /// The contradictions by frames so far.
@@ -62,6 +62,12 @@ impl KickUse {
     /// The contradictions so far were those of a fault that has ended.
     pub(super) fn forgive(&mut self) {
         (self.until, self.doublings) = (Time::ZERO, 0);
+    }
+
+    /// The times after `at` were wrong, and so were the contradictions until then.
+    pub(super) fn rewind(&mut self, at: Time) {
+        self.forgive();
+        self.since = self.since.min(at);
     }
 
     /// Whether the frames allow kicks at `now`.
@@ -122,5 +128,17 @@ mod tests {
         kick_use.forgive();
         assert!(kick_use.allows(Time::from_nanos(100 * MS)));
         assert_eq!(without_kicks_ms(&mut kick_use, 101), 50);
+    }
+
+    /// A clock that runs back: what was contradicted later is forgiven, and kicks are taken since no later instant.
+    #[test]
+    fn exact_a_clock_that_runs_back_leaves_nothing_in_the_future() {
+        let mut kick_use = KickUse::new();
+        kick_use.contradict(Time::from_nanos(1000 * MS));
+        kick_use.set(false, Time::from_nanos(1000 * MS));
+        kick_use.set(true, Time::from_nanos(1100 * MS));
+        kick_use.rewind(Time::from_nanos(10 * MS));
+        assert!(kick_use.allows(Time::from_nanos(11 * MS)));
+        assert_eq!(kick_use.since, Time::from_nanos(10 * MS));
     }
 }

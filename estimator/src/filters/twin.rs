@@ -238,6 +238,7 @@ impl<T: Real> TwinFilter<T> {
     /// Starts again at a sample whose time is not after the newest: the times before were wrong.
     fn resume_at(&mut self, taken_at: Time) {
         self.detector.start_again();
+        self.kick_use.rewind(taken_at);
         while self.kicks.pop_back_if(|kick| kick.at >= taken_at).is_some() {}
         self.propagate();
         self.stator.rewind(taken_at);

@@ -41,6 +41,12 @@ impl Intervals {
         }
     }
 
+    /// Whether more than two and a half of the mean intervals have passed from an exposure to the next one.
+    pub(super) fn is_gap(&self, before: Time, exposed_at: Time) -> bool {
+        let interval_nanos = exposed_at.nanos_since(before);
+        self.mean_nanos.is_some_and(|mean_nanos| interval_nanos / 5 > mean_nanos / 2)
+    }
+
     /// Whether no frame has come for two and a half of the mean intervals since `newest_at` and the latency of the last
     /// frame.
     pub(super) fn silent(&self, newest_at: Time, now: Time) -> bool {

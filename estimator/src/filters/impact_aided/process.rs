@@ -58,20 +58,24 @@ pub(super) struct KickedRate<'a, T> {
     pub(super) tuning: &'a ImpactAidedTuning<T>,
     pub(super) kicks: &'a ImpactKicks<T>,
     pub(super) motions: Motions<'a>,
+    /// Since when kicks are taken; before that the rate wanders as in [`crate::ConstantRate`].
+    pub(super) taken_since: Time,
     pub(super) unseen: UnseenImpacts<'a, T>,
 }
 
 impl<T: Real> Wander<T> for KickedRate<'_, T> {
-    /// While impacts are detected only the kicks of those that are missed make the rate wander, and after the newest
-    /// sample those of the impacts that may come.
+    /// While impacts are detected and kicks are taken only the kicks of those that are missed make the rate wander, and
+    /// after the newest sample those of the impacts that may come.
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
-        let MotionPiece { motion, until, .. } = self.motions.piece(at);
-        if motion != Motion::Quiet
-            && let Some(unseen) = self.unseen.wandering(at)
-        {
-            let [missed_b, missed_c] = self.tuning.missed_rad2_s3;
-            let intensity_rad2_s3 = motion.of(missed_b, missed_c, T::zero()) + unseen.intensity_rad2_s3;
-            return Wandering { intensity_rad2_s3, until: until.min(unseen.until) };
+        let MotionPiece { motion, mut until, .. } = self.motions.piece(at);
+        if motion != Motion::Quiet {
+            if at < self.taken_since {
+                until = until.min(self.taken_since);
+            } else if let Some(unseen) = self.unseen.wandering(at) {
+                let [missed_b, missed_c] = self.tuning.missed_rad2_s3;
+                let intensity_rad2_s3 = motion.of(missed_b, missed_c, T::zero()) + unseen.intensity_rad2_s3;
+                return Wandering { intensity_rad2_s3, until: until.min(unseen.until) };
+            }
         }
         let random_walk = &self.tuning.constant_rate.random_walk;
         Wandering { intensity_rad2_s3: random_walk.intensity_rad2_s3(motion, resting), until }
@@ -171,6 +175,7 @@ mod tests {
                 tuning: &tuning,
                 kicks: &ImpactKicks::new(),
                 motions: Motions::always(Motion::Impacted(DriveMode::B)),
+                taken_since: Time::ZERO,
                 unseen: tuning.next_impact.unseen(&detector, drive, true),
             };
             let mut state = exact_state();

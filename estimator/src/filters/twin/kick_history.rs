@@ -46,7 +46,10 @@ impl<T: Real> TwinFilter<T> {
         if !self.kick_use.taken {
             return;
         }
-        let Some(track) = self.tracker.track() else { return };
+        let Some(track) = self.tracker.track() else {
+            self.kick_use.since = kick.at;
+            return;
+        };
         kick.at = kick.at.max(track.state.at.plus_nanos(1));
         if let Some(mode) = self.drive.mode()
             && self.last_kick_mode.replace(mode).is_some_and(|before| before != mode)
