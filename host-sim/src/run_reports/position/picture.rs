@@ -17,10 +17,15 @@ pub fn svg(outcome: &MoveOutcome, trace: &PictureTrace) -> Result<String, Output
     let estimator = outcome
         .rms_estimate_error_mdeg
         .map_or_else(String::new, |mdeg| format!(", estimator within {mdeg:.1} milli-degrees rms"));
+    let time = match outcome.settle_time_s {
+        Some(settle_s) => {
+            format!(", reached after {settle_s:.3} s and watched until {:.3} s", outcome.duration_s)
+        }
+        None => format!(" after {:.3} s", outcome.duration_s),
+    };
     let caption = format!(
-        "plant drawn by seed {}: ended {:+.2} milli-degrees from the target after {:.3} s, {} drive \
-         switches{estimator}",
-        outcome.seed, outcome.final_error_mdeg, outcome.duration_s, outcome.drive_switches,
+        "plant drawn by seed {}: ended {:+.2} milli-degrees from the target{time}, {} drive switches{estimator}",
+        outcome.seed, outcome.final_error_mdeg, outcome.drive_switches,
     );
     let figure =
         Figure::new(format!("Move to {} degrees in closed loop", outcome.target_deg)).caption(caption);
