@@ -102,7 +102,7 @@ impl PaperReproduction {
 
     /// What each group of the stator's values changes.
     fn stator_parts(&self) -> Table {
-        let mut table = Table::new(&["changed", "B rad/s", "B line Hz", "C rad/s", "C line Hz"]);
+        let mut table = Table::new(&["changed", "B rad/s", "B collision Hz", "C rad/s", "C collision Hz"]);
         for part in &self.stator_parts {
             let cells = part.modes.iter().flat_map(|[rate, line]| [spread(*rate, 2), spread(*line, 0)]);
             table.push(std::iter::once(part.changed.to_owned()).chain(cells).collect());
@@ -112,8 +112,13 @@ impl PaperReproduction {
 
     /// Mode C of Table 3 against the mode shift.
     fn shifted_stators(&self) -> Table {
-        let mut table =
-            Table::new(&["mode shift of C deg", "line Hz", "amplitude mm/s", "rate rad/s", "within, of 3"]);
+        let mut table = Table::new(&[
+            "mode shift of C deg",
+            "collision Hz",
+            "collision mm/s",
+            "rate rad/s",
+            "within, of 3",
+        ]);
         for shifted in &self.shifted_stators {
             let mut line = vec![format!("{:.1}", shifted.mode_shift_deg)];
             line.extend(

@@ -133,9 +133,9 @@ impl Changes {
     }
 }
 
-/// Every change and what it makes of both rates, and of line and amplitude in mode B.
+/// Every change and what it makes of both rates, and of collision frequency and amplitude in mode B.
 pub fn table(rotors: &[ChangedRotor]) -> Table {
-    let mut table = Table::new(&["rotor", "changed", "B rad/s", "line Hz", "centre mm/s", "C rad/s"]);
+    let mut table = Table::new(&["rotor", "changed", "B rad/s", "collision Hz", "collision mm/s", "C rad/s"]);
     for changed in rotors {
         let [in_b, in_c] = &changed.runs;
         table.push(vec![

@@ -58,8 +58,8 @@ impl RotorModels {
         let mut table = Table::new(&[
             "rotor",
             "rate rad/s",
-            "line Hz",
-            "centre mm/s",
+            "collision Hz",
+            "collision mm/s",
             "rim mm/s",
             "tilt mrad",
             "hub /s",
@@ -108,7 +108,7 @@ impl RotorModels {
             std::iter::once(name.to_owned()).chain(counts.map(|count| count.to_string())).collect()
         };
         table.push(row("rate", |figures| figures[0]));
-        table.push(row("line", |figures| figures[1] && figures[2]));
+        table.push(row("frequency and amplitude", |figures| figures[1] && figures[2]));
         table.push(row("all", |figures| figures.iter().all(|agrees| *agrees)));
         table
     }
