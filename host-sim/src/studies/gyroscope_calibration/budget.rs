@@ -7,10 +7,11 @@ use crate::report::document::Table;
 use analysis::gyroscope_fit::CAUSES;
 
 /// What the lines mean.
-pub(super) const ABOUT: &str = "Stated: the standard deviation by that cause, as the fit states it without the truth. \
-    Made: what the cause made of the error, simulated. Random walk and drift make one noise, which stands in the first \
-    line. Misalignment shows turns across the rotor's axis, which only a rotor that tilts makes; the fit cannot tell \
-    them from coning, and its strength of coning has both. The camera's errors by angle are part of the reference's.";
+pub(super) const ABOUT: &str = "The first two columns of numbers are of the first run's gyroscope, the others root \
+    mean squares over all. Stated: the standard deviation by that cause, as the fit states it without the truth. Made: \
+    what the cause made of the error, simulated. Random walk and drift make one noise, which stands in the first line. \
+    Misalignment shows turns across the rotor's axis, which only a rotor that tilts makes; the fit cannot tell them \
+    from coning, and its strength of coning has both. The camera's errors by angle are part of the reference's.";
 
 /// Name of the line of misalignment, after that of coning.
 const MISALIGNMENT: &str = "misalignment";
