@@ -142,12 +142,18 @@ pub(crate) fn page_values(height_only: &Calibration, tilting: &Calibration) -> V
         let (covered, all) = found.coverage();
         format!("{:.1}", 100.0 * real(covered) / f64::max(real(all), 1.0))
     };
+    let all = || height_only.parameters.iter().chain(&tilting.parameters);
+    let number = |holds: fn(&CalibratedParameter) -> bool| {
+        all().filter(|parameter| holds(parameter)).count().to_string()
+    };
     let motors = height_only.parameters.first().map_or(0, |parameter| parameter.motors);
     vec![
         ("motors", motors.to_string()),
         ("learnt", height_only.learnt_from.to_string()),
         ("share_height_only", share(height_only)),
         ("share_tilting", share(tilting)),
+        ("too_wide", number(|parameter| parameter.covered > parameter.expected.1)),
+        ("too_narrow", number(|parameter| parameter.covered < parameter.expected.0)),
         ("told_height_only", height_only.parameters.len().to_string()),
         ("told_tilting", tilting.parameters.len().to_string()),
         ("table_height_only", height_only.table().markdown()),
@@ -236,5 +242,27 @@ impl Calibration {
             self.parameters.len()
         );
         Document { blocks: vec![Block::Paragraph(said), Block::Table(self.table())] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The page counts the intervals that lie outside of their bounds, of either rotor; a bound itself is inside.
+    #[test]
+    fn exact_wide_and_narrow_intervals_are_counted() {
+        let of = |rotor, covered: &[u32]| {
+            let parameter = |&covered: &u32| CalibratedParameter {
+                covered,
+                motors: 200,
+                expected: (171, 188),
+                ..CalibratedParameter::of("motor.friction", &[])
+            };
+            Calibration { rotor, parameters: covered.iter().map(parameter).collect(), learnt_from: 1000 }
+        };
+        let values = page_values(&of("height_only", &[188, 170, 171]), &of("tilting", &[189, 180, 200]));
+        let value = |name| values.iter().find(|(place, _)| *place == name).map(|(_, value)| value.as_str());
+        assert_eq!((value("too_wide"), value("too_narrow")), (Some("2"), Some("1")));
     }
 }
