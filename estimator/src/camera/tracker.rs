@@ -276,8 +276,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             quiet,
         ));
         let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
-        // Written so that NaN and a variance that has overflowed fail both. A rotor that was quiet since the last frame has
-        // not turned round, however little is known of its rate.
+        // Written so that NaN and a variance that has overflowed fail both. A rotor that was quiet since the last frame
+        // has not turned round, however little is known of its rate.
         let turn_known = variance_rad2
             <= T::from_f64(if quiet { f64::from(f32::MAX) } else { Reference::<T, B>::LOST_RAD2 });
         let near = normalised <= T::from_f64(Self::GATE_AFTER_REFUSAL);

@@ -45,6 +45,8 @@
 //!   none yet         an instant after the newest       random walk while an impact can come (F20)
 //!   gap              first sample after a gap          random walk over the gap, as in ConstantRate
 //!   fault ends       sign or scale right again         kick of unknown sign right after the last frame
+//!   not taken        before the first frame, or where  random walk until kicks are taken, as in ConstantRate
+//!                    the rotor tilts
 //! ```
 //!
 //! # A rotor that tilts

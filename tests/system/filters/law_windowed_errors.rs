@@ -62,8 +62,8 @@ struct Kind {
 
 const AROUND: &[(&str, &str)] = &[("plant.parameters", "around_plant")];
 
-/// Of the drawn ones that tilt, those with the largest errors of some hundreds are among the seeds, and two that rock on
-/// when they are called at rest (9007, 9024).
+/// Of the drawn ones that tilt, those with the largest errors of some hundreds are among the seeds, and two that rock
+/// on when they are called at rest (9007, 9024).
 const KINDS: [Kind; 5] = [
     Kind { name: "height only", scene: None, sets: &[], seeds: &[1, 2, 3, 4, 5, 6] },
     Kind { name: "set f", scene: Some("set_f_plant"), sets: &[], seeds: &[1, 2, 3] },

@@ -20,8 +20,8 @@
 //! with the height `h` above the last impact and `h'` of that one, the jump dv, the detector's threshold d, and the
 //! time t between samples, in which an impact may have been at any instant. A single wrong sample seems an impact in
 //! flight and makes h and the next one large, but not their sum. False alarms are no larger than d, and 1.5 d of a
-//! vibrometer that is half as noisy again as described. A bias b of the vibrometer adds b times the time of a flight: one
-//! of 1.5 mm/s or more shows a tilt that is none, until rest has taught it.
+//! vibrometer that is half as noisy again as described. A bias b of the vibrometer adds b times the time of a flight:
+//! one of 1.5 mm/s or more shows a tilt that is none, until rest has taught it.
 
 use motor_model::Real;
 
