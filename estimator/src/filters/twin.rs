@@ -58,7 +58,7 @@
 //! ```
 //!
 //! A kick is kept if kicks are taken ([`kick_use`]): without drive, or where impacts and frames agree with the model.
-//! Else the rate wanders as by the camera alone.
+//! Else, and before the first frame has come, the rate wanders as by the camera alone.
 //!
 //! # Flags
 //!

@@ -131,9 +131,9 @@ fn exact_frames_that_are_processed_again_tell_nothing_new() {
     assert_eq!(observe(103), in_order);
 }
 
-/// A frame is off its prediction by 9 standard deviations of the camera, which a prediction a hundred times less certain
-/// than a frame allows. It is used. After a gap of three frames it is no evidence against the process; of a prediction
-/// that is better known, or without a gap, as of a slow camera, it is.
+/// A frame is off its prediction by 9 standard deviations of the camera, which a prediction a hundred times less
+/// certain than a frame allows. It is used. After a gap of three frames it is no evidence against the process; of a
+/// prediction that is better known, or without a gap, as of a slow camera, it is.
 #[test]
 fn exact_a_frame_after_a_gap_is_no_evidence_against_the_process() {
     let evidence = |(prior_per_camera, frame): (f64, u64)| {
