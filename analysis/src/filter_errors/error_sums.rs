@@ -292,6 +292,19 @@ mod tests {
         assert!((joint - 0.25 / 0.64 / 2.0).abs() < 1e-5, "{joint}");
     }
 
+    /// Moments whose correlation rounding in f32 has made more than 1: the square of an error is not negative.
+    #[test]
+    fn exact_moments_that_are_rounded_to_no_covariance_have_a_square() {
+        for off_rad_s in [-2.0, 0.0, 2.0] {
+            let mut sums = ErrorSums::default();
+            let above_one = 1.0 + f64::from(f32::EPSILON);
+            let rounded = Estimate { angle_rate_rad2_s: above_one * 1e-3 * 2.0, ..estimate(0.05, off_rad_s) };
+            sums.estimate(Some(&rounded), Health::Good, Angle::ZERO, 0.0);
+            let [.., joint] = sums.normalised();
+            assert!(joint >= 0.0 && joint.is_finite(), "{joint}");
+        }
+    }
+
     /// Wrong is beyond six standard deviations (of 57.3 milli-degrees here). A wrong estimate without good health is
     /// not falsely valid.
     #[test]
