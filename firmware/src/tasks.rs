@@ -51,6 +51,7 @@
 //! A gap in `last_interrupt` is ticks that the queue lost; the time advances by them too.
 
 mod command_port;
+mod feed_pace;
 mod loop_task;
 mod timer_task;
 
@@ -68,6 +69,7 @@ use crate::application::{Application, MoveMemory};
 use crate::design::DesignedDrive;
 use crate::waveform::{ModeIncrements, Waveform};
 use command_port::{CommandPort, TimedCommand};
+pub use feed_pace::FeedPace;
 pub use loop_task::LoopTask;
 pub use timer_task::{Converter, NoConverter, Tick, TimerTask};
 

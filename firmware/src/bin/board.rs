@@ -93,7 +93,7 @@ mod board {
             }
             let stopwatch = Stopwatch::start();
             if main_loop.run_tick(stack_word_is_unused) {
-                watchdog.feed(main_loop.task.last_interrupt());
+                watchdog.feed();
                 let entry = main_loop.task.telemetry(stopwatch.clocks());
                 if let Some((tick, entry)) = entry.filter(|_| logs) {
                     log(tick, &entry);

@@ -315,9 +315,9 @@ impl Watchdog {
         write(WATCHDOG, Self::CONTROL, 0b11);
     }
 
-    /// Restarts the count. To be called once a tick, with the number of the timer's interrupt that made it.
+    /// Restarts the count. To be called once a tick that the loop has run.
     #[inline]
-    pub fn feed(&mut self, _interrupt: u64) {
+    pub fn feed(&mut self) {
         Self::restart();
     }
 

@@ -9,15 +9,13 @@
 
 use super::hardware::{STORING_PERIODS, pac};
 use super::wait::wait_until;
+use crate::tasks::FeedPace;
 
 /// Periods of 32 kHz / 4 in 10 ms, longer than construction of a filter.
 const PERIODS: u16 = 80;
 /// The window that is always open.
 const OPEN: u16 = 4095;
 
-/// Interrupts of the timer from one feed to the next: 1 ms, and a quarter less where the loop makes up for all the
-/// ticks that can wait. Ticks that were lost count too: a feed soon follows work of some ms in the main loop.
-const TICKS_PER_FEED: u64 = 100;
 /// From when on it may be fed: 0.5 ms after the last time, and less by the 6 % that its clock may be fast. Ticks that
 /// come twice as fast as they should restart the board.
 const WINDOW: u16 = PERIODS - 4;
@@ -42,13 +40,12 @@ const CHANGE_MICROS: u32 = 100_000;
 #[derive(Debug)]
 pub struct Watchdog {
     device: pac::IWDG,
-    /// The interrupt at the last feed, as far as the loop has followed; `None` before the first.
-    fed_at: Option<u64>,
+    pace: FeedPace,
 }
 
 impl Watchdog {
     pub(super) fn new(device: pac::IWDG) -> Self {
-        Self { device, fed_at: None }
+        Self { device, pace: FeedPace::new() }
     }
 
     /// Starts it. From now on it must be fed.
@@ -58,12 +55,10 @@ impl Watchdog {
         self.wait_for(&RUNNING);
     }
 
-    /// To be called once a tick, with the number of the timer's interrupt that made it.
+    /// To be called once a tick that the loop has run.
     #[inline]
-    pub fn feed(&mut self, interrupt: u64) {
-        let fed_at = *self.fed_at.get_or_insert(interrupt);
-        if interrupt.saturating_sub(fed_at) >= TICKS_PER_FEED {
-            self.fed_at = Some(interrupt);
+    pub fn feed(&mut self) {
+        if self.pace.is_due() {
             self.device.kr().write(|w| w.key().feed());
         }
     }
@@ -93,6 +88,6 @@ impl Watchdog {
         device.kr().write(|w| w.key().unlock());
         device.winr().write(|w| w.win().set(wait.window));
         let _ = wait_until(CHANGE_MICROS, || device.sr().read().wvu().bit_is_clear());
-        self.fed_at = None;
+        self.pace = FeedPace::new();
     }
 }

@@ -14,9 +14,12 @@ use link::{
 use motor_model::{DriveMode, Parameter};
 
 use super::*;
+use crate::store::Store;
+use crate::store::emulated_flash::EmulatedFlash;
 use crate::test_support::{MOVE, Pin, Pins, framed};
 
 mod amplifier;
+mod feeding;
 mod line_budget;
 mod lost_ticks;
 #[cfg(feature = "commissioning")]
