@@ -299,7 +299,8 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         self.state = State::Latched(fault);
     }
 
-    /// Goes to the state safe. What was running is configured anew: its filter has no measurement.
+    /// Goes to the state safe. What was running is configured anew: its filter has no measurement. Where the bench has
+    /// changed so that this is refused, nothing is configured.
     fn stop(&mut self) {
         self.amplifier.switch_off();
         let was_armed = !matches!(mem::replace(&mut self.state, State::Safe), State::Safe);
@@ -307,7 +308,10 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         self.observation = None;
         self.overruns_in_a_row = 0;
         if let Some(configured) = self.memory.configured.as_ref().filter(|_| was_armed) {
-            self.configure(configured.asked());
+            let asked = configured.asked();
+            if !matches!(self.configure(asked), BoardMessage::Configured) {
+                self.memory.configured = None;
+            }
         }
     }
 

@@ -86,6 +86,23 @@ fn law_the_bench_is_described_before_the_move_is_configured() {
     assert_eq!(bench.board.bench.instruments, Instruments::default());
 }
 
+/// The bench is changed after the move was configured, so that the move is refused when the stop configures it anew: a
+/// motor that is not the map's. Its filter has measured, so the board does not arm it again.
+#[test]
+fn law_a_stop_that_cannot_configure_the_move_anew_leaves_none() {
+    let mut bench = Bench::new();
+    bench.exchange(&HostMessage::Hello);
+    assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), [BoardMessage::Configured]);
+    let value = 1.001 * MotorParams::nominal().get(Parameter::ALL[0]);
+    let other = HostMessage::MotorParameter(MotorParameterRecord { index: 0, value });
+    assert_eq!(bench.exchange(&other), [BoardMessage::Described]);
+    assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
+    bench.drive();
+    assert_eq!(bench.exchange(&HostMessage::Stop), [BoardMessage::Stopped]);
+    assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::NotReady));
+    assert!(bench.off());
+}
+
 /// L8: a question is answered for the bench that was described, moves nothing and configures nothing. A question that
 /// no configuration could be is refused as that would be, and so is any while armed.
 #[test]
