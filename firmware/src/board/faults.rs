@@ -53,6 +53,11 @@ extern "C" fn after_fault(stack: u32) -> ! {
 /// board.
 #[exception]
 unsafe fn DefaultHandler(number: i16) -> ! {
+    end_by_exception(number)
+}
+
+/// The end by an exception that nothing handles: its number in ARM's ARMv7-M manual less 16.
+pub(super) fn end_by_exception(number: i16) -> ! {
     stay_off();
     if cfg!(feature = "silicon") {
         crash::keep_exception(number);

@@ -23,11 +23,10 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m::asm;
 use cortex_m_rt::exception;
-use cortex_m_semihosting::debug;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use stm32g4::stm32g474 as pac;
 
-use crate::board::faults::end;
+use crate::board::faults::end_by_exception;
 use crate::board::wait::wait_until;
 use crate::store::{SLOT_BYTES, check_range, store_bytes};
 
@@ -190,7 +189,7 @@ impl NorFlash for Flash {
 }
 
 /// The error correction of the flash has failed, or the crystal has stopped. In the kept description a loss of power
-/// explains the former; anywhere else the program is damaged. Otherwise the program ends.
+/// explains the former; anywhere else the program is damaged. Otherwise the program ends, and the exception is kept.
 #[exception]
 unsafe fn NonMaskableInt() {
     // SAFETY: what follows clears two flags that nothing else looks at.
@@ -198,7 +197,7 @@ unsafe fn NonMaskableInt() {
     let state = flash.eccr().read();
     let is_correction = state.eccd().bit_is_set() || state.eccd2().bit_is_set();
     if !(is_correction && IS_READ.load(Ordering::SeqCst)) {
-        end(debug::EXIT_FAILURE)
+        end_by_exception(cortex_m::peripheral::scb::Exception::NonMaskableInt.irqn().into())
     }
     flash.eccr().modify(|_, w| w.eccd().set_bit().eccd2().set_bit());
 }
