@@ -52,6 +52,17 @@ impl FakeBoard {
         messages.find(|message| *message != HostMessage::Hello).unwrap()
     }
 
+    /// The next message of the host that says more than that it is there, and how often it says that before.
+    pub(super) fn hears_question(&mut self) -> (HostMessage, u32) {
+        let mut alive = 0;
+        loop {
+            match self.hears() {
+                HostMessage::Ldv(samples) if samples.is_empty() => alive += 1,
+                question => return (question, alive),
+            }
+        }
+    }
+
     pub(super) fn says(&mut self, ticks: u64, message: &BoardMessage) {
         let mut frame = [0; FRAME_BYTES_MAX];
         let header = Header { session: self.session, sequence: self.sequence, ticks };

@@ -380,7 +380,9 @@ impl ArmedRun {
             Ending::Early(early) => Some(early),
         };
         // Before the stop, which configures the move anew.
-        let learnt = if early.is_none() && self.task.learns() { self.session.learnt() } else { None };
+        let alive_nanos = self.pace.host_nanos(KEEP_ALIVE);
+        let learns = early.is_none() && self.task.learns();
+        let learnt = if learns { self.session.learnt(alive_nanos) } else { None };
         let acknowledged = self.session.stop();
         let stopped = if acknowledged { Stopped::Acknowledged } else { Stopped::Unacknowledged };
         let after_s = host_s;
