@@ -11,6 +11,7 @@ mod commissioned;
 mod frame_sources;
 mod starved;
 mod targets;
+mod unwritable_map;
 
 use std::io::{Read, Write};
 use std::process::{Child, Command, Output, Stdio};

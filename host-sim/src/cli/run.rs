@@ -130,13 +130,6 @@ impl RunArgs {
             Ok(outcome) => outcome,
             Err(error) => return Err(failed(error, log)),
         };
-        let learnt_map = if let Some(learning) = learning {
-            let reached = matches!(&outcome.task, TaskFigures::Move(made) if made.stopped.is_none());
-            let learnt = outcome.learnt.ok_or("the board has not told what it has learnt");
-            learning.publish(&scene, if reached { learnt } else { Err(NOT_REACHED) })?
-        } else {
-            None
-        };
         let request = Request::of_scene("run", &scene).with_key_flags(&KEY_FLAGS);
         let json = result_json::of(&request, &[], &files::json_line(&outcome));
         let logged = match log {
@@ -149,6 +142,14 @@ impl RunArgs {
             None => String::new(),
         };
         files::print(&self.format.of(format!("{outcome}{logged}"), json))?;
+        // Not before: a map that cannot be written costs neither the log nor the result.
+        let learnt_map = if let Some(learning) = learning {
+            let reached = matches!(&outcome.task, TaskFigures::Move(made) if made.stopped.is_none());
+            let learnt = outcome.learnt.ok_or("the board has not told what it has learnt");
+            learning.publish(&scene, if reached { learnt } else { Err(NOT_REACHED) })?
+        } else {
+            None
+        };
         // Until here the board keeps the map as it was before the move.
         match learnt_map.filter(|_| self.keep) {
             Some(map) => {
