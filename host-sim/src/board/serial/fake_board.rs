@@ -1,12 +1,17 @@
 //! For tests: a board at the other end of a pseudo-terminal, that says what a test lets it say.
 
 use std::io::{Read as _, Write as _};
+use std::thread::JoinHandle;
 
 use controller::PositionLoop;
-use link::{BoardMessage, Deframer, FRAME_BYTES_MAX, Header, HostMessage, LINE_BAUD, decode, encode};
+use link::{
+    BoardFault, BoardIdentity, BoardMessage, Counters, Deframer, FRAME_BYTES_MAX, Header, HostMessage,
+    LINE_BAUD, LOOP_DIGEST, ResetCause, decode, encode,
+};
 use serialport::{SerialPort as _, TTYPort};
 
 use super::session::BoardSession;
+use crate::board::pil::acknowledgement;
 
 /// The board.
 pub(super) struct FakeBoard {
@@ -19,19 +24,46 @@ pub(super) struct FakeBoard {
 }
 
 impl FakeBoard {
-    /// A session that has begun, and its board.
-    pub(super) fn with_session() -> (BoardSession, Self) {
+    /// A board, and the name of its port.
+    fn at_port() -> (String, Self) {
         let (line, port) = TTYPort::pair().unwrap();
         let name = port.name().unwrap();
-        let mut board = Self { line, _port: port, deframer: Deframer::default(), session: 0, sequence: 0 };
+        (name, Self { line, _port: port, deframer: Deframer::default(), session: 0, sequence: 0 })
+    }
+
+    /// Welcomes the host that says hello.
+    fn welcomes(&mut self) {
+        let mut hello = std::iter::repeat_with(|| self.frame()).flatten().next().unwrap();
+        self.session = decode::<HostMessage>(&mut hello).unwrap().0.session;
+        self.says(0, &BoardMessage::Welcome { tick_nanos: PositionLoop::TICK_NANOS });
+    }
+
+    /// A session that has begun, and its board.
+    pub(super) fn with_session() -> (BoardSession, Self) {
+        let (name, mut board) = Self::at_port();
         let board = std::thread::spawn(move || {
-            let mut hello = std::iter::repeat_with(|| board.frame()).flatten().next().unwrap();
-            board.session = decode::<HostMessage>(&mut hello).unwrap().0.session;
-            board.says(0, &BoardMessage::Welcome { tick_nanos: PositionLoop::TICK_NANOS });
+            board.welcomes();
             board
         });
         let session = BoardSession::open(&name, LINE_BAUD).unwrap();
         (session, board.join().unwrap())
+    }
+
+    /// The name of the port of a board that takes whatever it is told, until it is stopped: what it has heard by then.
+    pub(super) fn obedient() -> (String, JoinHandle<(Self, Vec<HostMessage>)>) {
+        let (name, mut board) = Self::at_port();
+        let heard = std::thread::spawn(move || {
+            board.welcomes();
+            let mut heard = Vec::new();
+            while heard.last() != Some(&HostMessage::Stop) {
+                let (message, _) = board.hears_question();
+                board.says(1, &obedient_answer(&message));
+                heard.push(message);
+            }
+            // The line is open as long as the board is there.
+            (board, heard)
+        });
+        (name, heard)
     }
 
     /// The next frame of the host, without its zero; `None` if there is none for a tenth of a second.
@@ -79,5 +111,21 @@ impl FakeBoard {
     /// The board begins the session anew, as after a reset.
     pub(super) fn begin_anew(&mut self) {
         self.sequence = 0;
+    }
+}
+
+/// What a board answers that refuses nothing and keeps no description.
+fn obedient_answer(message: &HostMessage) -> BoardMessage {
+    match message {
+        HostMessage::Identify => BoardMessage::Identity(BoardIdentity {
+            loop_digest: LOOP_DIGEST,
+            reset_cause: ResetCause::Power.into(),
+        }),
+        HostMessage::Digest => BoardMessage::Fault(BoardFault::KeepsNothing),
+        HostMessage::Count => BoardMessage::Counters(Counters::default()),
+        HostMessage::Jog(_) => BoardMessage::Jogging,
+        HostMessage::Arm => BoardMessage::Armed,
+        HostMessage::Stop => BoardMessage::Stopped,
+        description => acknowledgement(description),
     }
 }

@@ -56,6 +56,7 @@ impl SerialJog<'_> {
         identified(&board);
         upload(&mut session, &prepared.description)?;
         let begun_ticks = set_clocks(&mut session)?;
+        session.check(self.interrupted)?;
         // It is attended from the first moment on: an answer may take longer than the board goes on without its host.
         session.send(&HostMessage::Jog(prepared.jog))?;
         let (what, ticks_max) = ("the jog", prepared.ticks + LATE_TICKS_MAX);
@@ -205,7 +206,12 @@ impl fmt::Display for JogOutcome {
 
 #[cfg(test)]
 mod tests {
+    #[cfg(unix)]
+    use link::LINE_BAUD;
+
     use super::*;
+    #[cfg(unix)]
+    use crate::board::serial::fake_board::FakeBoard;
 
     /// The keys of a scene are what the board is asked.
     #[test]
@@ -215,6 +221,19 @@ mod tests {
         let (command, ticks) = jog_of(&scene).checked().unwrap();
         assert_eq!((command.mode(), command.amplitude(), ticks), (Some(DriveMode::C), 0.25, 50_000));
         assert!((command.frequency_offset_hz() + 30.0).abs() < 1e-6);
+    }
+
+    /// Ctrl-C before the drive has begun: the board is described the motor, and is not told to drive.
+    #[cfg(unix)]
+    #[test]
+    fn law_a_jog_that_is_interrupted_before_it_begins_does_not_begin() {
+        let (port, board) = FakeBoard::obedient();
+        let (scene, interrupted) = (Scene::of_sets(&[]).unwrap(), AtomicBool::new(true));
+        let jog = SerialJog { port: &port, baud: LINE_BAUD, scene: &scene, interrupted: &interrupted };
+        let ended = jog.run(|_| ()).unwrap_err();
+        assert!(matches!(ended, SerialError::Interrupted { stopped: Stopped::Acknowledged }), "{ended}");
+        let (_board, heard) = board.join().unwrap();
+        assert!(heard.len() > 2 && !heard.iter().any(|message| matches!(message, HostMessage::Jog(_))));
     }
 
     /// Within four standard deviations of the map of its design, and the other way in the other mode; nothing turns

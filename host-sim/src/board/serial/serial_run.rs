@@ -107,6 +107,7 @@ impl SerialRun<'_> {
         let camera = preparation.camera();
         let stamps = plant.as_ref().map_or_else(|| StampWatch::new(&camera), |_| StampWatch::none());
         let description = prepare(&mut session, preparation, self.keeping, |kept| watcher.kept(kept))?;
+        session.check(self.interrupted)?;
         let ticks = session.arm().inspect_err(|_| {
             // It may be armed all the same, where the line has lost its answer.
             session.stop();

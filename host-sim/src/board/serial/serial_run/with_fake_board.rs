@@ -1,5 +1,6 @@
 use link::{
-    BoardIdentity, Counters, KeptDescription, REPORT_TICKS_MAX, ResetCause, SHORT_FRAME_BYTES, decode,
+    BoardIdentity, Counters, KeptDescription, LINE_BAUD, REPORT_TICKS_MAX, ResetCause, SHORT_FRAME_BYTES,
+    decode,
 };
 use simulation::runs::record::RunRecord;
 
@@ -172,4 +173,28 @@ fn exact_of_a_heap_of_frames_the_board_gets_the_new_ones() {
     assert!((1..=11).contains(&(short + long)) && long <= 1, "{short} {long}");
     assert_eq!(left_out, 50 - (short + long) as u64);
     assert_eq!(sent_of_a_heap(150), (0, 1, 49));
+}
+
+/// Ctrl-C while the board is told what the run needs: it is told all of it, and is not armed.
+#[test]
+fn law_a_run_that_is_interrupted_before_it_begins_does_not_arm() {
+    let (port, board) = FakeBoard::obedient();
+    let (scene, interrupted) =
+        (Scene::of_sets(&["ldv.installed=no".to_owned()]).unwrap(), AtomicBool::new(true));
+    let run = SerialRun {
+        port: &port,
+        baud: LINE_BAUD,
+        scene: &scene,
+        task: BoardTask::Move,
+        then: &[],
+        keeping: Keeping::Untouched,
+        source: &FrameSource::Plant,
+        reports: ReportPeriod::checked(None, &FrameSource::Plant, false).unwrap(),
+        interrupted: &interrupted,
+    };
+    let ended = run.run(&mut Doubts::default()).err().unwrap();
+    assert!(matches!(ended, SerialError::Interrupted { stopped: Stopped::Acknowledged }), "{ended}");
+    let (_board, heard) = board.join().unwrap();
+    assert!(heard.iter().any(|message| matches!(message, HostMessage::Configure(_))), "{heard:?}");
+    assert!(!heard.contains(&HostMessage::Arm), "{heard:?}");
 }

@@ -5,6 +5,7 @@
 //! A board that is armed, or may be, switches off where it hears nothing for 10 ms. While the host waits for its answer
 //! it says again and again that it is there, by an empty message.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use controller::map_correction::LearntFactors;
@@ -14,6 +15,7 @@ use link::{
 
 use super::{BoardSession, Event};
 use crate::board::serial::SerialError;
+use crate::board::serial::error::Stopped;
 use crate::board::serial::host_clock::{host_nanos, nanos};
 use crate::board::serial::serial_run::KEEP_ALIVE;
 use crate::board::serial::time_questions::is_time_answer;
@@ -210,6 +212,18 @@ impl BoardSession {
                 _ => {}
             }
         }
+    }
+
+    /// To be asked right before the drive may go on: the board is stopped where `interrupted` is set.
+    ///
+    /// # Errors
+    /// [`SerialError::Interrupted`] where it is set.
+    pub(in crate::board::serial) fn check(&mut self, interrupted: &AtomicBool) -> Result<(), SerialError> {
+        if !interrupted.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        let stopped = if self.stop() { Stopped::Acknowledged } else { Stopped::Unacknowledged };
+        Err(SerialError::Interrupted { stopped })
     }
 
     /// Stops the drive; whether the board has acknowledged it. What comes in the meantime is passed over.
