@@ -42,7 +42,8 @@ impl<T: Real> StatorFilter<T> {
         let periods = at.nanos_since(to).div_ceil(PERIOD_NANOS);
         let turned = self.state.forcing.increment().units().wrapping_mul(periods);
         self.shift_phase(Phase::from_units(turned.wrapping_neg()));
-        self.at = Some(Time::from_nanos(at.nanos().saturating_sub(periods * PERIOD_NANOS)));
+        let back_nanos = periods.saturating_mul(PERIOD_NANOS);
+        self.at = Some(Time::from_nanos(at.nanos().saturating_sub(back_nanos)));
     }
 
     /// Widens modes and height to those of any driven motor, after impacts that are not known; the parameters remain.
@@ -107,6 +108,15 @@ mod tests {
             assert_eq!((stator.at, stator.state.phase), (expected.at, expected.state.phase));
             assert_eq!(stator.phasor.map(f64::to_bits), expected.phasor.map(f64::to_bits));
         }
+    }
+
+    /// A sample that is stamped as late as a time can be, and one of the start: whole periods back would be before it.
+    #[test]
+    fn exact_a_time_that_runs_back_by_all_there_is_is_the_start() {
+        let mut stator = driven(5);
+        stator.at = Some(Time::from_nanos(u64::MAX));
+        stator.rewind(Time::ZERO);
+        assert_eq!(stator.at, Some(Time::ZERO));
     }
 
     /// What is forgotten has the variance of a driven motor beside its own; parameters are as well known as before.
