@@ -140,6 +140,9 @@ fn exact_best_filters() {
     }
     let slow = CameraDescription { period_nanos: 100_000_000, ..camera };
     assert_eq!(best(slow, Some(vibrometer)), FilterKind::ConstantRate);
+    for (clock_sd_micros, filter) in [(100, FilterKind::Twin), (101, FilterKind::ConstantRate)] {
+        assert_eq!(best(CameraDescription { clock_sd_micros, ..camera }, Some(vibrometer)), filter);
+    }
     for (changed, filter) in [
         (vibrometer, FilterKind::Twin),
         (VibrometerDescription { noise_m_s: 1e-3, ..vibrometer }, FilterKind::Twin),
