@@ -172,13 +172,15 @@ pub fn run_with<B>(
 impl RateSums {
     fn outcome(&self, scene: &Scene, promised: PromisedRange, range: RateRange) -> RateOutcome {
         let measured_s = self.ticks * TICK_S;
+        // Nothing has turned in no time.
+        let some_s = measured_s.max(TICK_S);
         let following_rms_deg = self.following_deg.root_of_some();
         RateOutcome {
             rate_deg_s: scene.number("rate.deg_s"),
             profile: scene.choice("rate.profile"),
             measured_s,
-            asked_deg_s: self.asked_deg / measured_s,
-            mean_deg_s: self.turned_deg / measured_s,
+            asked_deg_s: self.asked_deg / some_s,
+            mean_deg_s: self.turned_deg / some_s,
             mean_error_percent: (self.asked_deg.abs() > 0.0)
                 .then(|| 100.0 * (self.turned_deg - self.asked_deg) / self.asked_deg),
             following_rms_deg,
@@ -191,7 +193,9 @@ impl RateSums {
             reason: self
                 .stopped
                 .map(|(why, _)| reason(why))
-                .or_else(|| following_rms_deg.is_none().then_some(outcome::NO_REFERENCE))
+                .or_else(|| {
+                    (self.ticks > 0.0 && following_rms_deg.is_none()).then_some(outcome::NO_REFERENCE)
+                })
                 .or_else(|| self.reached_deg_s.map(|_| CANNOT_KEEP_UP)),
             stopped_s: self.stopped.map(|(_, time_s)| time_s),
             reached_deg_s: self.reached_deg_s,
@@ -225,6 +229,13 @@ mod tests {
             assert_eq!(outcome.mean_error_percent, Some(-25.0));
             assert!(outcome.to_string().contains(": -25.0000 % off"), "{outcome}");
         }
+    }
+
+    /// In no measured time nothing turns, and nothing is said of estimates.
+    #[test]
+    fn exact_no_time_has_no_rate_and_no_reason() {
+        let outcome = held(&[], &RateSums::default());
+        assert_eq!((outcome.mean_deg_s, outcome.asked_deg_s, outcome.reason), (0.0, 0.0, None));
     }
 
     /// Without a frame nothing is followed and nothing estimated, and a rate of 0 has no percentage.
