@@ -1,5 +1,6 @@
 //! What is printed of a sweep: figures over all rows, and the rows that have failed.
 
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use serde::Serialize;
@@ -31,6 +32,9 @@ pub struct SweepSummary {
     pub failures: FailureCounts,
     /// The first of them.
     pub first_failures: Vec<FailedRow>,
+    /// Rows that have not failed and have no value of a figure, `null`; left out of a sweep without such rows.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub without_value: u64,
     /// A line a figure.
     pub figures: Vec<FigureSummary>,
     /// How each figure follows each key.
@@ -38,6 +42,11 @@ pub struct SweepSummary {
     /// Which key decides; left out of a sweep that is not for indices.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub indices: Vec<KeyIndices>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_zero(rows: &u64) -> bool {
+    *rows == 0
 }
 
 /// A row that has failed.
@@ -60,10 +69,10 @@ pub struct FigureSummary {
     pub figure: String,
     /// Rows that have it.
     pub rows: u64,
-    /// Mean.
-    pub mean: f64,
-    /// Sample standard deviation.
-    pub sd: f64,
+    /// Mean; `null` of no row.
+    pub mean: Option<f64>,
+    /// Sample standard deviation; `null` of fewer than two rows.
+    pub sd: Option<f64>,
     /// The least.
     pub min: Option<f64>,
     /// The largest.
@@ -75,6 +84,7 @@ pub(super) struct SummarySums {
     rows: u64,
     failures: FailureCounts,
     first_failures: Vec<FailedRow>,
+    without_value: u64,
     /// Columns of failure, reason, and row and seed.
     places: [Option<usize>; 4],
     figures: Vec<FigureSums>,
@@ -106,6 +116,7 @@ impl SummarySums {
             rows: 0,
             failures: FailureCounts::default(),
             first_failures: Vec::new(),
+            without_value: 0,
             places: [FAILURE, REASON, "row", "seed"].map(place),
             figures: figures.map(of).collect(),
             responses: ResponseSums::new(columns, described),
@@ -126,7 +137,8 @@ impl SummarySums {
             _ => 0,
         };
         let [failure, reason, row, seed] = self.places;
-        if let Some(kind) = Failure::from_word(&word(failure)) {
+        let kind = Failure::from_word(&word(failure));
+        if let Some(kind) = kind {
             kind.count(&mut self.failures);
             if self.first_failures.len() < LISTED_MAX {
                 let failed = FailedRow {
@@ -143,6 +155,7 @@ impl SummarySums {
             _ => None,
         };
         let figures: Vec<Option<f64>> = self.figures.iter().map(|figure| number(figure.column)).collect();
+        self.without_value += u64::from(kind.is_none() && figures.contains(&None));
         if let Some(indices) = &mut self.indices {
             indices.add(whole(row), &figures);
         }
@@ -165,8 +178,8 @@ impl SummarySums {
             FigureSummary {
                 figure: figure.path,
                 rows: figure.rows,
-                mean: spread.mean,
-                sd: spread.sd,
+                mean: (figure.rows > 0).then_some(spread.mean),
+                sd: (figure.rows > 1).then_some(spread.sd),
                 min: figure.range.map(|range| range.0),
                 max: figure.range.map(|range| range.1),
             }
@@ -177,6 +190,7 @@ impl SummarySums {
             failed: refused + diverged + panicked + no_figure,
             failures: self.failures,
             first_failures: self.first_failures,
+            without_value: self.without_value,
             figures: self.figures.into_iter().map(of).collect(),
             responses: self.responses.responses(),
             indices: self.indices.map_or_else(Vec::new, |sums| sums.indices()),
@@ -190,14 +204,14 @@ impl SweepSummary {
         let mut figures = Table::new(&["figure", "rows", "mean", "sd", "least", "largest"]);
         let number = |number: f64| format!("{number:.6}");
         for figure in &self.figures {
-            let of_range = |end: Option<f64>| end.map_or_else(|| "-".to_owned(), number);
+            let or_dash = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), number);
             figures.push(vec![
                 figure.figure.clone(),
                 figure.rows.to_string(),
-                number(figure.mean),
-                number(figure.sd),
-                of_range(figure.min),
-                of_range(figure.max),
+                or_dash(figure.mean),
+                or_dash(figure.sd),
+                or_dash(figure.min),
+                or_dash(figure.max),
             ]);
         }
         let FailureCounts { refused, diverged, panicked, no_figure } = self.failures;
@@ -208,14 +222,18 @@ impl SweepSummary {
             let cells = [share(first.estimate), interval(first), share(total.estimate), interval(total)];
             indices.push([vec![figure.clone(), key.clone()], cells.to_vec()].concat());
         }
+        let mut failures = format!(
+            "{} rows have failed: {refused} refused, {diverged} diverged, {panicked} panicked, {no_figure} without a \
+             figure.",
+            self.failed
+        );
+        if self.without_value > 0 {
+            let _ = write!(failures, " {} others have no value of a figure.", self.without_value);
+        }
         let mut blocks = vec![
             Block::Heading(format!("Sweep, {} rows", self.rows)),
             Block::Table(figures),
-            Block::Paragraph(format!(
-                "{} rows have failed: {refused} refused, {diverged} diverged, {panicked} panicked, {no_figure} without \
-                 a figure.",
-                self.failed
-            )),
+            Block::Paragraph(failures),
         ];
         let mut ranges = Table::new(&["figure", "key", "least mean", "largest mean", "difference"]);
         for response in &self.responses {
@@ -247,7 +265,8 @@ impl SweepSummary {
 
     /// The report on the sweep of a command.
     pub(crate) fn report(&self, command: &str) -> StudyReport {
-        let verdict = format!("{} of {} rows have figures.", self.rows - self.failed, self.rows);
+        let verdict =
+            format!("{} of {} rows have figures.", self.rows - self.failed - self.without_value, self.rows);
         StudyReport {
             title: format!("Sweep of {command}, {} rows", self.rows),
             verdict,
@@ -267,5 +286,48 @@ impl SweepSummary {
     /// The summary as one JSON object on one line.
     pub fn json(&self) -> String {
         crate::report::files::json_line(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Sampling, SweepPlan, SweepRequest, SweptCommand};
+    use super::*;
+    use serde_json::json;
+    use simulation::runs::RunError;
+    use simulation::scene::Scene;
+
+    /// Of no row there is no mean, of one row no standard deviation: 3 and 5 are 4 with 2 / sqrt 2.
+    #[test]
+    fn exact_a_figure_has_the_mean_and_spread_that_its_rows_allow() {
+        let request = SweepRequest {
+            command: SweptCommand::Simulate,
+            sample: 1,
+            over: vec!["motor.friction=0.1,0.2".to_owned()],
+            sampling: Sampling::Grid,
+            repeats: 1,
+            figures: ["both", "one", "none"].map(str::to_owned).to_vec(),
+        };
+        let plan = SweepPlan::new(&Scene::default(), request, |_, _| false, &|_| Ok(())).unwrap();
+        let run = |scene: &Scene| {
+            let is_first = scene.number("motor.friction") < 0.15;
+            let (both, one) = if is_first { (3.0, Some(7.0)) } else { (5.0, None) };
+            Ok::<_, RunError>(json!({"both": both, "one": one, "none": null}))
+        };
+        let mut sums = SummarySums::new(&plan.columns(), &plan.described());
+        (0..plan.rows()).for_each(|number| sums.add(&plan.cells(&plan.make_with(number, run))));
+        let summary = sums.summary(PathBuf::new());
+        let json: Value = serde_json::from_str(&summary.json()).unwrap();
+        let found = |figure: usize| {
+            let of = &json["figures"][figure];
+            (of["rows"].clone(), of["mean"].clone(), of["sd"].clone())
+        };
+        assert_eq!(found(0), (json!(2), json!(4.0), json!(std::f64::consts::SQRT_2)));
+        assert_eq!(found(1), (json!(1), json!(7.0), Value::Null));
+        assert_eq!(found(2), (json!(0), Value::Null, Value::Null));
+        assert_eq!((&json["failed"], &json["without_value"]), (&json!(0), &json!(2)));
+        let text = summary.document().text();
+        assert!(text.contains("2 others have no value of a figure"), "{text}");
+        assert!(summary.report("simulate").verdict.starts_with("0 of 2 rows"));
     }
 }
