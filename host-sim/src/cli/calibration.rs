@@ -22,11 +22,11 @@ use simulation::runs::RunError;
 #[derive(Debug, Args)]
 pub(super) struct CalibrateArgs {
     /// Calibrations, each of another gyroscope
-    #[arg(long, value_name = "N", default_value = "1")]
+    #[arg(long, value_name = "N", default_value = "1", conflicts_with = "merge")]
     #[arg(value_parser = Count(1..=1_000_000), allow_negative_numbers = true)]
     runs: u64,
     /// Motors drawn within the tolerances; the gyroscopes are shared out among them, at most one motor a calibration
-    #[arg(long, value_name = "N", default_value = "10")]
+    #[arg(long, value_name = "N", default_value = "10", conflicts_with = "merge")]
     #[arg(value_parser = Count(1..=100_000), allow_negative_numbers = true)]
     motors: u64,
     /// Motor time of the plan in s, the longest where `calibrate.within_ppm` is set

@@ -44,7 +44,7 @@ pub(super) struct PositionArgs {
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     tolerance: Option<String>,
     /// Print what the move will take, without moving
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["out", "report", "log", "learn"])]
     plan: bool,
     #[command(flatten)]
     log: LogArgs,
@@ -200,7 +200,7 @@ const MOTORS: Count = Count(1..=10_000_000);
 #[derive(Debug, Args)]
 pub(super) struct PositioningTrialsArgs {
     /// Motors drawn within the tolerances; each makes one move, which is one trial
-    #[arg(long, alias = "trials", value_name = "N", default_value = "1000")]
+    #[arg(long, alias = "trials", value_name = "N", default_value = "1000", conflicts_with = "merge")]
     #[arg(value_parser = MOTORS, allow_negative_numbers = true)]
     motors: u64,
     /// Distance from the target that counts as reached; 0.00035 if neither flag nor scene says another
@@ -316,5 +316,26 @@ impl ResponseMapArgs {
         }
         let json = result_json::of(&Request::of_scene("response-map", &scene), &[], &files::json_line(&map));
         Ok(files::print(&self.format.of(response_map::document(&map).text(), json))?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser as _;
+    use clap::error::ErrorKind;
+
+    use crate::cli::Cli;
+
+    /// A plan moves nothing: there is nothing to draw, to log or to learn.
+    #[test]
+    fn exact_what_a_move_writes_is_refused_beside_a_plan() {
+        let parsed = |further: &str| {
+            let line = format!("host-sim position --to 5 --plan --format json {further}");
+            Cli::try_parse_from(line.split_whitespace()).map(|_| ()).map_err(|refusal| refusal.kind())
+        };
+        for further in ["--report r.html", "--log r.mcap", "--out r.svg", "--map m.toml --learn"] {
+            assert_eq!(parsed(further), Err(ErrorKind::ArgumentConflict), "{further}");
+        }
+        assert_eq!(parsed("--map m.toml"), Ok(()));
     }
 }

@@ -34,6 +34,7 @@ const TENTHS_MAX: u64 = 600;
 pub(super) struct CommissionArgs {
     /// Commission N drawn motors instead, and move each by the map of its own and by the one that it began with
     #[arg(long, value_name = "N", value_parser = Count(1..=1_000_000), allow_negative_numbers = true)]
+    #[arg(conflicts_with = "merge")]
     trials: Option<u64>,
     /// Moves of each motor by either map
     #[arg(long, value_name = "N", default_value = "1", requires = "trials")]

@@ -25,7 +25,7 @@ use simulation::runs::RunError;
 #[derive(Debug, Args)]
 pub(super) struct EstimateArgs {
     /// Motors drawn within the tolerances, each run in both modes
-    #[arg(long, alias = "plants", value_name = "N", default_value = "100")]
+    #[arg(long, alias = "plants", value_name = "N", default_value = "100", conflicts_with = "merge")]
     #[arg(value_parser = Count(1..=10_000), allow_negative_numbers = true)]
     motors: u64,
     /// Folder for estimate.svg and table.csv
@@ -33,7 +33,7 @@ pub(super) struct EstimateArgs {
     out: PathBuf,
     /// Filters beside that are told these parts of the truth: each alone, all but each, and all
     #[arg(long, value_name = "PART,...", value_delimiter = ',', num_args = 1..)]
-    #[arg(value_parser = told_part())]
+    #[arg(value_parser = told_part(), conflicts_with = "merge")]
     told: Vec<ToldPart>,
     #[command(flatten)]
     parts: ShardArgs,

@@ -18,7 +18,7 @@ use crate::studies::shard;
 #[derive(Debug, Args)]
 pub(super) struct FaultsArgs {
     /// Moves, each with a motor, a target, a filter and faults of its own; shared out among the scenes
-    #[arg(long, value_name = "N", default_value = "100")]
+    #[arg(long, value_name = "N", default_value = "100", conflicts_with = "merge")]
     #[arg(value_parser = Count(1..=100_000_000), allow_negative_numbers = true)]
     runs: u64,
     #[command(flatten)]

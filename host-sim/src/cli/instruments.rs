@@ -16,11 +16,11 @@ use crate::studies::shard;
 #[derive(Debug, Args)]
 pub(super) struct InstrumentsArgs {
     /// Motors drawn within the tolerances for each of the four targets, each tried on every bench
-    #[arg(long, value_name = "N", default_value = "20")]
+    #[arg(long, value_name = "N", default_value = "20", conflicts_with = "merge")]
     #[arg(value_parser = Count(1..=10_000), allow_negative_numbers = true)]
     motors: u64,
     /// Only benches whose name contains this
-    #[arg(long, value_name = "TEXT", default_value = "", value_parser = part_of_a_name)]
+    #[arg(long, value_name = "TEXT", default_value = "", value_parser = part_of_a_name, conflicts_with = "merge")]
     only: String,
     #[command(flatten)]
     parts: ShardArgs,

@@ -44,6 +44,7 @@ impl TypedValueParser for ShardParser {
 pub(super) struct ShardArgs {
     /// Make only the I-th of N parts of the runs; --merge puts the parts together
     #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = ShardParser)]
+    #[arg(conflicts_with = "merge")]
     pub(super) shard: Shard,
     /// Make no runs: put together the tables of the parts
     #[arg(long, value_name = "FILE", num_args = 1..)]
@@ -144,4 +145,36 @@ pub(super) fn scene_digest<'a>(
     let map = map.map.as_deref().map(read_response_map).transpose()?;
     let about = [env!("CARGO_PKG_VERSION").to_owned(), format!("{map:?}")];
     Ok(SceneDigest::of(about.into_iter().chain(scenes.into_iter().flat_map(values))))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser as _;
+    use clap::error::ErrorKind;
+
+    use crate::cli::Cli;
+
+    /// Parts that are put together have their runs: what asks for runs does nothing beside `--merge`.
+    #[test]
+    fn exact_what_asks_for_runs_is_refused_beside_a_merge() {
+        for line in [
+            "positioning-trials --merge a.csv b.csv --shard 1/2",
+            "positioning-trials --merge a.csv b.csv --motors 3",
+            "instruments --merge a.csv --motors 3",
+            "instruments --merge a.csv --only camera",
+            "faults --merge a.csv --runs 3",
+            "calibrate --merge a.csv --runs 3",
+            "calibrate --merge a.csv --motors 3",
+            "estimate --merge a.csv --motors 3",
+            "estimate --merge a.csv --told jump",
+            "stator --merge a.csv --ensemble 3",
+            "commission --merge a.csv --trials 3",
+        ] {
+            let words: Vec<&str> = std::iter::once("host-sim").chain(line.split(' ')).collect();
+            let refusal = Cli::try_parse_from(&words).map(|_| ()).unwrap_err();
+            assert_eq!(refusal.kind(), ErrorKind::ArgumentConflict, "{line}: {refusal}");
+            let merged = words.iter().position(|word| *word == "a.csv").unwrap();
+            assert!(Cli::try_parse_from(&words[..=merged]).is_ok(), "{line}");
+        }
+    }
 }

@@ -50,7 +50,7 @@ pub(super) struct StatorArgs {
     #[arg(long)]
     fit: bool,
     /// Draw N stators over what is not published, and fit each
-    #[arg(long, value_name = "N", conflicts_with = "fit")]
+    #[arg(long, value_name = "N", conflicts_with_all = ["fit", "merge"])]
     #[arg(value_parser = Count(1..=10_000), allow_negative_numbers = true)]
     ensemble: Option<u64>,
     #[command(flatten)]
