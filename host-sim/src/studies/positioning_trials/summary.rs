@@ -123,6 +123,11 @@ impl StrategyTrials {
         TrialSummary::of(&self.trials.iter().filter(|trial| trial.kind == kind).collect::<Vec<_>>())
     }
 
+    /// Whether a quarter turn settled: [`TrialSummary::settle_over_bound`] is then over quarter turns.
+    pub fn settled_quarter_turns(&self) -> bool {
+        self.trials.iter().any(|trial| trial.kind == MoveKind::QuarterTurn && trial.settle_s.is_some())
+    }
+
     /// The trials that failed.
     pub fn failures(&self) -> impl Iterator<Item = &PositioningTrial> {
         self.trials.iter().filter(|trial| trial.failed())

@@ -68,9 +68,10 @@ impl PositioningTrials {
 
     fn remarks(&self) -> String {
         let summary = self.trials.summary();
+        let moves = if self.trials.settled_quarter_turns() { "quarter turns" } else { "all moves" };
         let mut text = format!(
             "True angle less target, in milli-degrees; medians of time to settle, drive changes and time with the \
-             drive on. Settling takes {:.2} times its bound (median over quarter turns): the distance at the mean rate \
+             drive on. Settling takes {:.2} times its bound (median over {moves}): the distance at the mean rate \
              of the strongest drive and {:.2} s of measuring at rest. A trial fails if it is given up, or ends more \
              than {FAILED_MDEG} milli-degrees off.",
             summary.settle_over_bound, self.measuring_s
@@ -176,5 +177,56 @@ impl PositioningTrials {
     /// When it cannot be laid out: never.
     pub fn csv(&self) -> Result<String, OutputError> {
         shard::csv(&self.trials.trials)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use simulation::runs::position::MoveEnding;
+    use simulation::scene::Scene;
+
+    use super::*;
+
+    /// A move of 2 s whose bound is 1 s.
+    fn trial(kind: MoveKind) -> PositioningTrial {
+        PositioningTrial {
+            seed: 1,
+            target_deg: 90.0,
+            final_error_mdeg: 0.1,
+            settle_s: Some(2.0),
+            bound_s: 1.0,
+            overshoot_deg: 0.0,
+            switches: 4,
+            drive_on_s: 0.5,
+            number: 0,
+            kind,
+            ending: MoveEnding::Reached,
+            duration_s: 2.0,
+            rms_estimate_error_mdeg: None,
+            beyond_3_sigma: None,
+            good_beyond_5_sigma: 0,
+            good_beyond_5_sigma_worst_mdeg: 0.0,
+            promised_s: None,
+            promised_95_s: None,
+        }
+    }
+
+    /// The time per its bound is over quarter turns where one settled, and is said to be over all moves otherwise.
+    #[test]
+    fn exact_the_remarks_name_the_moves_of_their_median() {
+        let remarks = |trials: Vec<PositioningTrial>| {
+            let strategy = Strategy::Planned;
+            let trials = StrategyTrials { strategy, filter: "twin", trials, s_per_s: 1.0 };
+            PositioningTrials::alone(&Scene::default(), trials).remarks()
+        };
+        let late = PositioningTrial { settle_s: None, ..trial(MoveKind::QuarterTurn) };
+        for (trials, moves) in [
+            (vec![trial(MoveKind::Long), trial(MoveKind::QuarterTurn)], "quarter turns"),
+            (vec![trial(MoveKind::Long), late], "all moves"),
+            (vec![trial(MoveKind::Short)], "all moves"),
+        ] {
+            let said = format!("2.00 times its bound (median over {moves})");
+            assert!(remarks(trials).contains(&said), "{said}");
+        }
     }
 }
