@@ -35,6 +35,7 @@ use crate::runs::limits;
 use crate::runs::rotor_tilt::TiltFigureSums;
 use crate::runs::stated_errors::StatedErrorCounts;
 use crate::scene::Scene;
+use keeping_up::NO_DRIVE;
 pub use keeping_up::{CANNOT_KEEP_UP, KeepingUp, cannot_keep_up};
 pub use outcome::{RateOutcome, reason};
 pub use point::RatePoint;
@@ -174,10 +175,13 @@ impl RateSums {
         let measured_s = self.ticks * TICK_S;
         // Nothing has turned in no time.
         let some_s = measured_s.max(TICK_S);
+        let (rate_deg_s, profile) = (scene.number("rate.deg_s"), scene.choice("rate.profile"));
+        // A motor that reaches the rate is held back by a map that does not.
+        let has_drive = promised.holds || !range.holds_profile(rate_deg_s, profile);
         let following_rms_deg = self.following_deg.root_of_some();
         RateOutcome {
-            rate_deg_s: scene.number("rate.deg_s"),
-            profile: scene.choice("rate.profile"),
+            rate_deg_s,
+            profile,
             measured_s,
             asked_deg_s: self.asked_deg / some_s,
             mean_deg_s: self.turned_deg / some_s,
@@ -196,13 +200,14 @@ impl RateSums {
                 .or_else(|| {
                     (self.ticks > 0.0 && following_rms_deg.is_none()).then_some(outcome::NO_REFERENCE)
                 })
-                .or_else(|| self.reached_deg_s.map(|_| CANNOT_KEEP_UP)),
+                .or_else(|| self.reached_deg_s.map(|_| if has_drive { CANNOT_KEEP_UP } else { NO_DRIVE })),
             stopped_s: self.stopped.map(|(_, time_s)| time_s),
             reached_deg_s: self.reached_deg_s,
             filter: filter::chosen(scene),
             saturated: self.saturated / self.ticks.max(1.0),
             promised,
             range,
+            has_faults: !scene.fault_words().is_empty(),
             seed: scene.seed(),
         }
     }
@@ -211,6 +216,7 @@ impl RateSums {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Origin;
 
     const REACH: RateRange = RateRange { clockwise_deg_s: 900.0, counter_clockwise_deg_s: -76.0 };
 
@@ -228,6 +234,43 @@ mod tests {
             let outcome = held(&[&format!("rate.deg_s={deg_s}")], &sums);
             assert_eq!(outcome.mean_error_percent, Some(-25.0));
             assert!(outcome.to_string().contains(": -25.0000 % off"), "{outcome}");
+        }
+    }
+
+    /// What the motor reaches leaves its faults out, and says so.
+    #[test]
+    fn exact_the_range_of_a_motor_with_faults_is_said_to_be_without_them() {
+        let mut scene = Scene::default();
+        let said = |scene: &Scene| {
+            RateSums::default().outcome(scene, PromisedRange::of(scene).unwrap(), REACH).to_string()
+        };
+        assert!(said(&scene).ends_with("this motor reaches -76 to +900 deg/s\n"));
+        scene.add_fault("drive:dead", &|_| Ok(()), Origin::Program).unwrap();
+        assert!(said(&scene).ends_with("this motor reaches -76 to +900 deg/s without its faults\n"));
+    }
+
+    /// A rotor that is behind is held back by its map where that promises less than asked for, and the motor reaches
+    /// it; by the motor elsewhere.
+    #[test]
+    fn exact_what_holds_a_rotor_back_is_named() {
+        let outcome = |deg_s: &str, mean_deg_s, reach| {
+            let scene = Scene::of_sets(&[format!("rate.deg_s={deg_s}")]).unwrap();
+            let asked = PromisedRange::of(&scene).unwrap();
+            let clockwise = PromisedRate { mean_deg_s, sd_deg_s: 0.0 };
+            let promised =
+                PromisedRange { clockwise, holds: mean_deg_s >= scene.number("rate.deg_s"), ..asked };
+            let mut sums = RateSums { reached_deg_s: Some(4.0), ticks: 1.0, ..RateSums::default() };
+            sums.following_deg.add(90.0);
+            sums.outcome(&scene, promised, reach)
+        };
+        for (deg_s, promised, why) in
+            [("100", 1.0, NO_DRIVE), ("100", 800.0, CANNOT_KEEP_UP), ("950", 1.0, CANNOT_KEEP_UP)]
+        {
+            let outcome = outcome(deg_s, promised, REACH);
+            assert_eq!(outcome.reason, Some(why), "{deg_s} {promised}");
+            let said =
+                format!("not held           {why}: it turned +4.0 deg/s in all the time it was behind");
+            assert!(outcome.to_string().contains(&said), "{outcome}");
         }
     }
 

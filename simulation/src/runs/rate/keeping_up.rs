@@ -136,9 +136,17 @@ impl KeepingUp {
 /// What is said of a rotor that does not keep up.
 pub const CANNOT_KEEP_UP: &str = "the motor cannot keep up";
 
-/// The same with what it reaches.
+/// What is said of one whose motor could, where the map has no drive for it.
+pub(super) const NO_DRIVE: &str = "its map has no stronger drive that surely turns this motor";
+
+/// That it does not keep up, with what it reaches.
 pub fn cannot_keep_up(reached_deg_s: f64) -> String {
-    format!("{CANNOT_KEEP_UP}: it turned {reached_deg_s:+.1} deg/s in all the time it was behind")
+    behind(CANNOT_KEEP_UP, reached_deg_s)
+}
+
+/// The same with `why`.
+pub(super) fn behind(why: &str, reached_deg_s: f64) -> String {
+    format!("{why}: it turned {reached_deg_s:+.1} deg/s in all the time it was behind")
 }
 
 #[cfg(test)]

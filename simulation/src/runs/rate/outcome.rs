@@ -5,7 +5,8 @@ use std::fmt;
 use controller::rate::RateStop;
 use serde::Serialize;
 
-use super::{PromisedRange, RateRange, cannot_keep_up};
+use super::keeping_up::behind;
+use super::{PromisedRange, RateRange};
 use crate::runs::rotor_tilt::TiltFigures;
 use crate::runs::stated_errors::{StatedErrors, hundredths_or_dash};
 
@@ -73,9 +74,12 @@ pub struct RateOutcome {
     /// The range that the map promised before the run.
     #[serde(rename = "promised_reach")]
     pub promised: PromisedRange,
-    /// The true range of this motor.
+    /// The true range of this motor, without its faults.
     #[serde(rename = "reach")]
     pub range: RateRange,
+    /// Whether the scene has faults, which that range leaves out.
+    #[serde(skip)]
+    pub has_faults: bool,
     /// Seed of the run.
     pub seed: u64,
 }
@@ -83,8 +87,7 @@ pub struct RateOutcome {
 impl RateOutcome {
     /// Whether the motor can hold what was asked for.
     fn is_within_range(&self) -> bool {
-        let both_ways = self.profile == "both_ways";
-        self.range.holds(self.rate_deg_s) && (!both_ways || self.range.holds(-self.rate_deg_s))
+        self.range.holds_profile(self.rate_deg_s, self.profile)
     }
 
     /// How far the mean rate is off, with a colon before it and `decimals` behind the point; empty of a rate of 0.
@@ -113,7 +116,7 @@ impl RateOutcome {
         }
         lines.extend(self.reason.map(|why| match (self.stopped_s, self.reached_deg_s) {
             (Some(at_s), _) => ("drive", format!("off for good after {at_s:.3} s: {why}")),
-            (None, Some(reached_deg_s)) => ("not held", cannot_keep_up(reached_deg_s)),
+            (None, Some(reached_deg_s)) => ("not held", behind(why, reached_deg_s)),
             (None, None) => ("reason", why.to_owned()),
         }));
         lines.push(("ripple", format!("{:.1} deg/s rms", self.ripple_rms_deg_s)));
@@ -124,7 +127,8 @@ impl RateOutcome {
         lines.push(("by its map", self.promised.to_string()));
         let RateRange { clockwise_deg_s, counter_clockwise_deg_s } = self.range;
         let beyond = if self.is_within_range() { "" } else { ": the rate asked for is beyond it" };
-        let range = format!("{counter_clockwise_deg_s:+.0} to {clockwise_deg_s:+.0} deg/s{beyond}");
+        let without = if self.has_faults { " without its faults" } else { "" };
+        let range = format!("{counter_clockwise_deg_s:+.0} to {clockwise_deg_s:+.0} deg/s{without}{beyond}");
         lines.push(("this motor reaches", range));
         lines
     }

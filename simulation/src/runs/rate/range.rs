@@ -44,6 +44,11 @@ impl RateRange {
         })
     }
 
+    /// Whether a `profile` of `rate_deg_s` is within it.
+    pub(super) fn holds_profile(self, rate_deg_s: f64, profile: &str) -> bool {
+        self.holds(rate_deg_s) && (profile != "both_ways" || self.holds(-rate_deg_s))
+    }
+
     /// Whether `rate_deg_s` is within it.
     pub fn holds(self, rate_deg_s: f64) -> bool {
         (self.counter_clockwise_deg_s..=self.clockwise_deg_s).contains(&rate_deg_s)
