@@ -3,11 +3,14 @@
 //! ```text
 //! behind = reference - estimated angle, in the direction asked for
 //! told:    for a second and longer of one rate the rotor has been behind by more than the loop allows one to be ahead,
-//!          and in this time behind grew by more than 1 % of the turn asked for
+//!          and beyond what it was behind in the first quarter of a second, behind grew by more than 1 % of the turn
+//!          asked for
 //! reaches: the mean rate of all the time that it was behind since it last kept up with this rate
 //! ```
 //!
-//! In this time the loop drives as hard as it is of use; the search of the best amplitude is part of it.
+//! A weak motor is driven harder the farther it is behind: it may stay some degrees behind and turn as fast as it
+//! should. One that falls farther behind is driven as hard as it is of use; the search of the best amplitude is part of
+//! that time.
 //!
 //! A rotor that comes near its reference keeps up. Where the reference was lost it begins anew at the rotor: then what
 //! was told holds until the rotor has been near for a second, and the time before the loss still counts.
@@ -15,6 +18,7 @@
 use controller::rate::RateTuning;
 use motor_model::{Angle, Time};
 
+use super::SETTLE_S;
 use crate::scene::Scene;
 use crate::world::instruments::assumed;
 
@@ -24,7 +28,7 @@ const JUDGED_S: f64 = 1.0;
 /// below what anybody would call held. An assumption.
 const FALLS_BEHIND: f64 = 0.01;
 
-/// The time since when the rotor is behind, and where it was then.
+/// The time since when the rotor is behind, where it was then, and the most it was behind in the first [`SETTLE_S`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Stretch {
     at: Time,
@@ -94,12 +98,16 @@ impl KeepingUp {
         }
         self.near_since = None;
         let begun = Stretch { at, wanted_rad_s, angle, behind_deg };
-        let stretch = *self.stretch.get_or_insert(begun);
+        let stretch = self.stretch.get_or_insert(begun);
         if stretch.wanted_rad_s.to_bits() != wanted_rad_s.to_bits() {
             (self.stretch, self.told_deg_s) = (Some(begun), None);
             return;
         }
         let time_s: f64 = at.seconds_since(stretch.at);
+        if time_s <= SETTLE_S {
+            stretch.behind_deg = stretch.behind_deg.max(behind_deg);
+        }
+        let stretch = *stretch;
         self.within = Turned { angle_deg: angle.minus(stretch.angle).degrees(), time_s };
         if time_s >= JUDGED_S {
             let asked_deg = f64::from(wanted_rad_s.abs()).to_degrees() * time_s;
@@ -184,6 +192,27 @@ mod tests {
             {
                 assert_eq!(seen(sign * 250.0, f64::from(sign) * turns, from, ms), None, "{turns}");
             }
+        }
+    }
+
+    /// A rotor that falls behind by 8 degrees in two tenths of a second, and then turns as fast as it should, keeps up;
+    /// one that turns by 2 % too slowly from then on does not.
+    #[test]
+    fn exact_a_rotor_that_stays_as_far_behind_keeps_up() {
+        for (later_deg_s, told) in [(100.0, false), (98.0, true)] {
+            let mut keeping_up = KeepingUp::new(&Scene::default());
+            let mut angle_deg = 0.0;
+            for ms in 0..=3000_u32 {
+                keeping_up.take(
+                    Time::from_nanos(u64::from(ms) * 1_000_000),
+                    100.0_f32.to_radians(),
+                    Some(Angle::from_degrees(0.1 * f64::from(ms))),
+                    Angle::from_degrees(angle_deg),
+                );
+                angle_deg += 1e-3 * if ms < 200 { 60.0 } else { later_deg_s };
+                assert!(told || keeping_up.reached_deg_s().is_none(), "{ms}");
+            }
+            assert_eq!(keeping_up.reached_deg_s().is_some(), told, "{later_deg_s}");
         }
     }
 
