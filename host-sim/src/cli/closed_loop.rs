@@ -83,7 +83,7 @@ impl PositionArgs {
         if self.plan {
             return Ok(files::print(&self.drawing.format().of(plan.to_string(), files::json_line(&plan)))?);
         }
-        let note = position::note(&scene)?;
+        let note = position::note(&scene, plan.expected_s)?;
         let request = Request::of_scene("position", &scene).with_key_flags(&["--to", "--tolerance"]);
         let drawing = self.drawing.open("position.svg")?;
         let report = self.report.open()?;

@@ -2,17 +2,18 @@
 
 use std::fmt;
 
-use controller::{MoveForecast, Unreachable};
+use controller::{Limits, MoveForecast, Unreachable};
 use motor_model::math;
 use serde::Serialize;
 
 use super::reach;
+use crate::math::plain_number::plain;
 use crate::runs::RunError;
 use crate::runs::limits;
 use crate::scene::{Scene, SceneError};
 use crate::world::instruments::{self, assumed};
 
-/// Time in s from which a move says before it starts what it takes long for.
+/// Time in s from which a move that measures for most of its time says so before it starts.
 const LONG_S: f64 = 5.0;
 
 /// What a move will take.
@@ -78,21 +79,20 @@ pub fn plan_of(scene: &Scene, forecast: Result<MoveForecast, Unreachable>) -> Re
     let (target_deg, tolerance_deg) =
         (scene.number("position.to_deg"), scene.number("position.tolerance_deg"));
     let deadline_s = scene.number("position.deadline_s");
-    let MoveForecast { time_s, time_sd_s, measuring_s, frames, drives, .. } =
-        forecast.map_err(|unreachable| SceneError::Conflict {
-            conflict: format!(
+    let MoveForecast { time_s, time_sd_s, measuring_s, frames, drives, .. } = match forecast {
+        Ok(forecast) => forecast,
+        Err(Unreachable { least_rad: None, .. }) => return Err(way_too_long(scene)?.into()),
+        Err(unreachable @ Unreachable { least_rad: Some(least_rad), .. }) => {
+            // Rounded up: the least tolerance itself has to be accepted.
+            let least_deg = (f64::from(least_rad).to_degrees() * 1e5).ceil() * 1e-5;
+            let conflict = format!(
                 "position.tolerance_deg = {tolerance_deg} and position.deadline_s = {deadline_s} with these \
-                 instruments: {unreachable}"
-            ),
-            hint: match unreachable.least_rad {
-                // Rounded up: the least tolerance itself has to be accepted.
-                Some(least_rad) => {
-                    let least_deg = (f64::from(least_rad).to_degrees() * 1e5).ceil() * 1e-5;
-                    format!("--tolerance {least_deg:.5}, a later position.deadline_s, or another camera")
-                }
-                None => "a later position.deadline_s, or another camera".to_owned(),
-            },
-        })?;
+                     instruments: {unreachable}"
+            );
+            let hint = format!("--tolerance {least_deg:.5}, a later position.deadline_s, or another camera");
+            return Err(SceneError::Conflict { conflict, hint }.into());
+        }
+    };
     Ok(MovePlan {
         target_deg,
         error_deg: tolerance_deg,
@@ -106,12 +106,57 @@ pub fn plan_of(scene: &Scene, forecast: Result<MoveForecast, Unreachable>) -> Re
     })
 }
 
+/// What to change where the map has no drive.
+const MORE_MOTORS: &str = "a map of more motors, `response-map --motors 40`";
+
+/// Why the move of `scene` cannot be made to any tolerance: its way takes longer than the deadline, or no drive that
+/// its limits allow leads to its target.
+///
+/// # Errors
+/// When the scene is refused.
+fn way_too_long(scene: &Scene) -> Result<SceneError, RunError> {
+    let limits = Limits { deadline_nanos: u64::MAX, ..limits::of_move(scene) };
+    let (instruments, map) = (instruments::checked(scene)?, scene.response_map()?);
+    let [to_deg, tolerance_deg, deadline_s, amplitude_max] =
+        ["position.to_deg", "position.tolerance_deg", "position.deadline_s", "limits.amplitude_max"]
+            .map(|key| scene.number(key));
+    #[expect(clippy::cast_possible_truncation, reason = "the controller computes in f32")]
+    let of = |tolerance_deg: f64| {
+        let [way_rad, tolerance_rad] = [to_deg, tolerance_deg].map(|deg| deg.to_radians() as f32);
+        MoveForecast::try_new(&instruments, &map, &limits, way_rad, tolerance_rad)
+    };
+    Ok(match of(reach::WIDEST_DEG) {
+        Ok(way) => {
+            let whole_s = f64::from(of(tolerance_deg).unwrap_or(way).time_95_s());
+            SceneError::Conflict {
+                conflict: format!(
+                    "position.to_deg = {}: the way takes about {} s, at most {} s in 95 % of the moves; \
+                     position.deadline_s = {}",
+                    plain(to_deg),
+                    reach::figure(way.time_s.into()),
+                    reach::figure(way.time_95_s().into()),
+                    plain(deadline_s)
+                ),
+                hint: format!("position.deadline_s={}, or a nearer target", (1.01 * whole_s).ceil()),
+            }
+        }
+        Err(_) => SceneError::Conflict {
+            conflict: format!(
+                "no drive of the map leads to position.to_deg = {}, limits.amplitude_max = {}",
+                plain(to_deg),
+                plain(amplitude_max)
+            ),
+            hint: if amplitude_max < 1.0 { "a higher limits.amplitude_max" } else { MORE_MOTORS }.to_owned(),
+        },
+    })
+}
+
 impl MovePlan {
-    /// What is to be said before a move: its time, and of one that takes long what for.
+    /// What is to be said before a move: its time, and of a long one that measures for most of it what for.
     pub fn note(&self) -> String {
         let Self { expected_s, expected_sd_s, measuring_s, frames, deadline_s, .. } = self;
         let late = if expected_s > deadline_s { ", longer than its deadline" } else { "" };
-        let what_for = if *expected_s > LONG_S {
+        let what_for = if *expected_s > LONG_S && 2.0 * measuring_s > *expected_s {
             format!(": {measuring_s:.1} s for {frames:.0} frames at rest")
         } else {
             String::new()
@@ -135,5 +180,56 @@ impl fmt::Display for MovePlan {
             self.measuring_s, self.frames, self.frame_mdeg
         )?;
         writeln!(f, "drives             about {}", self.drives)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene(sets: &[&str]) -> Scene {
+        Scene::of_sets(&sets.iter().map(|&set| set.to_owned()).collect::<Vec<String>>()).unwrap()
+    }
+
+    /// 100,000 degrees take 115 s at the 15.14 rad/s of Table 1's map, 7200 degrees 82 s at its 1.539 rad/s the other
+    /// way. No tolerance makes that shorter, and a move with the deadline that is named is not refused.
+    #[test]
+    fn exact_a_way_longer_than_the_deadline_is_named_with_its_time() {
+        for (to_deg, said) in [("100000", "takes about 120 s"), ("-7200", "takes about 82 s")] {
+            let mut scene = scene(&[&format!("position.to_deg={to_deg}")]);
+            let refusal = plan(&scene).unwrap_err().one_line();
+            let begun = format!("error: position.to_deg = {to_deg}: the way {said}");
+            assert!(refusal.starts_with(&begun) && !refusal.contains("tolerance"), "{refusal}");
+            let (_, named) = refusal.split_once("hint: position.deadline_s=").unwrap();
+            scene.set("position.deadline_s", named.split(',').next().unwrap()).unwrap();
+            assert!(plan(&scene).is_ok(), "{refusal}");
+        }
+    }
+
+    /// At 0.3 of full drive no cruise of Table 1's map turns the motor clockwise, and no throw.
+    #[test]
+    fn exact_a_limit_that_leaves_no_drive_is_named() {
+        let weak = scene(&["position.to_deg=300", "limits.amplitude_max=0.3"]);
+        let refusal = plan(&weak).unwrap_err().one_line();
+        assert!(refusal.contains("limits.amplitude_max = 0.3"), "{refusal}");
+        assert!(refusal.ends_with("a higher limits.amplitude_max"), "{refusal}");
+    }
+
+    /// What a move takes long for is its measuring where that is most of it: to an eighth of a milli-degree, and not on
+    /// a way of 900 degrees.
+    #[test]
+    fn exact_measuring_is_named_where_it_is_most_of_the_time() {
+        for (sets, measures) in [
+            (["position.to_deg=5", "position.tolerance_deg=0.00013"], true),
+            (["position.to_deg=-900", "position.tolerance_deg=0.001"], false),
+        ] {
+            let plan = plan(&scene(&sets)).unwrap();
+            let note = plan.note();
+            assert!(plan.expected_s > LONG_S, "{note}");
+            assert_eq!(
+                (note.contains("frames at rest"), 2.0 * plan.measuring_s > plan.expected_s),
+                (measures, measures)
+            );
+        }
     }
 }

@@ -10,10 +10,11 @@ use estimator::Instruments;
 use motor_model::DriveMode;
 
 use crate::math::plain_number::plain;
+use crate::runs::limits;
 use crate::scene::{Scene, SceneError};
 
 /// Tolerance at which the way alone counts, in degrees.
-const WIDEST_DEG: f64 = 10.0;
+pub(super) const WIDEST_DEG: f64 = 10.0;
 /// Halvings of the distance that is searched: to a thousandth.
 const HALVINGS: u32 = 10;
 /// Families of each mode, longest bursts first.
@@ -27,7 +28,7 @@ fn degrees(rad: f32) -> f64 {
 }
 
 /// Two significant digits.
-fn figure(value: f64) -> String {
+pub(super) fn figure(value: f64) -> String {
     plain(format!("{value:.1e}").parse().unwrap_or(value))
 }
 
@@ -109,23 +110,28 @@ pub(super) fn check(
     refused(conflict, hint)
 }
 
-/// A note for a move that motors of the scene's design may not end by the deadline: its time in a motor of the mean
-/// rate and in one that is two standard deviations slower. `None` if even the slow one ends in time.
+/// A note for a move, expected to take `expected_s`, that motors of the scene's design may not end by the deadline: its
+/// time in a motor of the mean rate and in one that is two standard deviations slower. `None` if even the slow one ends
+/// in time, or if the move is made by bursts, which take less than a cruise at the mean rate.
 ///
 /// # Errors
 /// When the response map is for another design.
-pub fn note(scene: &Scene) -> Result<Option<String>, SceneError> {
+pub fn note(scene: &Scene, expected_s: f64) -> Result<Option<String>, SceneError> {
     let (to_deg, deadline_s) = (scene.number("position.to_deg"), scene.number("position.deadline_s"));
     let mode = if to_deg > 0.0 { DriveMode::B } else { DriveMode::C };
     let map = scene.response_map()?;
-    Ok(map.strongest_cruise(mode, 1.0).and_then(|cruise| {
+    Ok(map.strongest_cruise(mode, limits::of_move(scene).amplitude_max).and_then(|cruise| {
         let mean = degrees(direction(mode) * cruise.rate_rad_s);
         let slow = mean - 2.0 * degrees(cruise.rate_sd_rad_s);
         let [mean_s, slow_s] = [mean, slow].map(|rate| to_deg.abs() / rate.max(0.0));
-        let longer = if slow_s.is_finite() { format!("{} s", figure(slow_s)) } else { "ever".to_owned() };
-        (slow_s > deadline_s).then(|| {
+        let slow = if slow_s.is_finite() {
+            format!("up to {} s in slow ones", figure(slow_s))
+        } else {
+            "and slow ones never end it".to_owned()
+        };
+        (slow_s > deadline_s && mean_s <= expected_s).then(|| {
             format!(
-                "note: this way takes {} s at the mean rate of the design's motors, up to {longer} in slow ones; \
+                "note: this way takes {} s at the mean rate of the design's motors, {slow}; \
                  position.deadline_s = {}",
                 figure(mean_s),
                 plain(deadline_s)
@@ -158,7 +164,7 @@ mod tests {
         for to_deg in [0.0, 1e-3, 90.0, -90.0, 360_000.0, -360_000.0] {
             assert_eq!(refused(ResponseMap::table_1(), to_deg, 1e-4), None);
         }
-        assert_eq!(note(&Scene::default()).unwrap(), None);
+        assert_eq!(note(&Scene::default(), 1.0).unwrap(), None);
     }
 
     #[test]
@@ -229,10 +235,12 @@ mod tests {
     fn exact_a_way_that_may_take_longer_than_the_deadline_is_noted() {
         let mut scene = Scene::default();
         scene.set("position.to_deg", "360000").unwrap();
-        let text = note(&scene).unwrap().unwrap();
+        let text = note(&scene, 420.0).unwrap().unwrap();
         assert!(text.contains("takes 410 s") || text.contains("takes 420 s"), "{text}");
         assert!(text.contains("up to 490 s"), "{text}");
+        // By bursts, in less time than by a cruise.
+        assert_eq!(note(&scene, 400.0).unwrap(), None);
         scene.set("position.deadline_s", "500").unwrap();
-        assert_eq!(note(&scene).unwrap(), None);
+        assert_eq!(note(&scene, 420.0).unwrap(), None);
     }
 }
