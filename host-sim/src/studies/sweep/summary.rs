@@ -228,7 +228,11 @@ impl SweepSummary {
             self.failed
         );
         if self.without_value > 0 {
-            let _ = write!(failures, " {} others have no value of a figure.", self.without_value);
+            let _ = write!(
+                failures,
+                " {} rows that have not failed have no value of a figure.",
+                self.without_value
+            );
         }
         let mut blocks = vec![
             Block::Heading(format!("Sweep, {} rows", self.rows)),
@@ -327,7 +331,7 @@ mod tests {
         assert_eq!(found(2), (json!(0), Value::Null, Value::Null));
         assert_eq!((&json["failed"], &json["without_value"]), (&json!(0), &json!(2)));
         let text = summary.document().text();
-        assert!(text.contains("2 others have no value of a figure"), "{text}");
+        assert!(text.contains("2 rows that have not failed have no value"), "{text}");
         assert!(summary.report("simulate").verdict.starts_with("0 of 2 rows"));
     }
 }
