@@ -3,6 +3,8 @@
 //!
 //! In 2 us, their mean, a rotor at 600 deg/s turns by 1.2 milli-degrees, a tenth of a frame's noise.
 
+use rayon::prelude::*;
+use simulation::math::count::real;
 use simulation::runs::filter::FILTERS;
 use simulation::runs::position;
 use simulation::runs::rate::{self, RateOutcome};
@@ -17,6 +19,9 @@ const BEYOND_3_SIGMA: f64 = 4.0 / 80.0;
 /// Most that the error of the estimate may grow: by the quarter within which a standard deviation is to be right.
 const COST: f64 = 1.25;
 
+/// The motors: one alone may have luck.
+const SEEDS: [&str; 8] = ["41", "42", "43", "44", "45", "46", "47", "48"];
+
 fn scene(sets: &[(&str, &str)]) -> Scene {
     let mut scene = Scene::default();
     for (key, value) in sets {
@@ -25,31 +30,40 @@ fn scene(sets: &[(&str, &str)]) -> Scene {
     scene
 }
 
-fn held(filter: &str, deg_s: &str, sets: &[(&str, &str)]) -> RateOutcome {
-    let of_run =
-        [("estimator.filter", filter), ("rate.deg_s", deg_s), ("rate.duration_s", "1"), ("seed", "41")];
-    rate::run(&scene(&[&of_run, sets].concat()), |_| ()).expect("a run")
+/// Runs of the motors of these seeds that hold a rate for a second.
+fn held(filter: &str, deg_s: &str, sets: &[(&str, &str)]) -> Vec<RateOutcome> {
+    let of_run = |seed: &str| {
+        let of_run =
+            [("estimator.filter", filter), ("rate.deg_s", deg_s), ("rate.duration_s", "1"), ("seed", seed)];
+        rate::run(&scene(&[&of_run, sets].concat()), |_| ()).expect("a run")
+    };
+    SEEDS.par_iter().map(|seed| of_run(seed)).collect()
+}
+
+/// Mean over runs of the squared error of the angle in mdeg^2, and of the share beyond three standard deviations.
+fn means(runs: &[RateOutcome]) -> [f64; 2] {
+    let mean = |of: &dyn Fn(&RateOutcome) -> Option<f64>| {
+        runs.iter().map(|run| of(run).expect("estimates")).sum::<f64>() / real(runs.len())
+    };
+    [mean(&|run| run.estimate_rms_mdeg.map(|rms| rms * rms)), mean(&|run| run.stated.beyond_3_sigma)]
 }
 
 /// Samples are taken by a timer, on time. Where the interrupt takes them, as late as it is, the twin is surer than
 /// right: it takes a kick from the tooth's velocity at the instant of an impact, of whose period 4 us are nine degrees.
+/// With a timer it pays at 600 deg/s, too: half again of its error, most of it on one motor of eight.
 #[test]
 fn law_late_interrupts_leave_estimates_honest() {
     for (filter, deg_s) in FILTERS.iter().flat_map(|&filter| [(filter, "600"), (filter, "-60")]) {
-        let rms_mdeg = |outcome: &RateOutcome| outcome.estimate_rms_mdeg.expect("estimates");
-        let on_time_mdeg = rms_mdeg(&held(filter, deg_s, &[]));
+        let [on_time_mdeg2, _] = means(&held(filter, deg_s, &[]));
         for sampling in ["timer", "interrupt"] {
-            let late = held(filter, deg_s, &[LATE, ("board.sampling", sampling)]);
-            let case = format!("{filter}, {deg_s}, {sampling}");
-            let honest = late.stated.beyond_3_sigma.expect("estimates") < BEYOND_3_SIGMA;
+            let [late_mdeg2, beyond] = means(&held(filter, deg_s, &[LATE, ("board.sampling", sampling)]));
+            let case = format!("{filter}, {deg_s}, {sampling}: {late_mdeg2} for {on_time_mdeg2}, {beyond}");
+            let (honest, cheap) = (beyond < BEYOND_3_SIGMA, late_mdeg2 < COST * COST * on_time_mdeg2);
             match (filter, deg_s, sampling) {
-                ("twin", "600", "interrupt") => assert!(!honest, "mended, {case}: {:?}", late.stated),
+                ("twin", "600", "interrupt") => assert!(!honest, "mended, {case}"),
                 ("twin", _, "interrupt") => {}
-                _ => {
-                    assert!(honest, "{case}: {:?}", late.stated);
-                    let late_mdeg = rms_mdeg(&late);
-                    assert!(late_mdeg < COST * on_time_mdeg, "{case}: {late_mdeg} for {on_time_mdeg}");
-                }
+                ("twin", "600", "timer") => assert!(honest && !cheap, "dear and honest no more, {case}"),
+                _ => assert!(honest && cheap, "{case}"),
             }
         }
     }
