@@ -86,4 +86,6 @@ if [[ -d $target_dir/book ]]; then
     cp -r "$target_dir/book" "$page/book"
     sed -i 's/ id="book" href="\([^"]*\)" hidden/ id="book" href="\1"/' "$page/index.html"
 fi
+# No browser reads its indentation either.
+sed -E -i 's/^[ \t]+//' "$page/index.html"
 echo "$page"

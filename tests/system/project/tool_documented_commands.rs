@@ -117,12 +117,14 @@ fn words(command: &str) -> Vec<String> {
     kept.take_while(|word| !["|", ">", "&&", ";"].contains(&word.as_str())).collect()
 }
 
-/// `documented` with the flags of [`SMALLER`] in the place of its own.
+/// `documented` with the flags of [`SMALLER`] in the place of its own. What joins parts makes
+/// no runs: it only has to be of the parts' scene.
 fn smaller(documented: &[String]) -> Vec<String> {
     let mut arguments = documented.to_vec();
+    let joins = documented.iter().any(|word| word == "--merge");
     let Some(command) = documented.first() else { return arguments };
     let flags = SMALLER.iter().find(|(name, _)| name == command).map_or(&[][..], |(_, flags)| *flags);
-    for (flag, value) in flags {
+    for (flag, value) in flags.iter().filter(|(flag, _)| !joins || *flag == "--set") {
         // `--set` may stand several times, for several keys.
         let at = if *flag == "--set" { None } else { arguments.iter().position(|word| word == flag) };
         match at {

@@ -130,11 +130,9 @@ fn way_too_long(scene: &Scene) -> Result<SceneError, RunError> {
             let whole_s = f64::from(of(tolerance_deg).unwrap_or(way).time_95_s());
             SceneError::Conflict {
                 conflict: format!(
-                    "position.to_deg = {}: the way takes about {} s, at most {} s in 95 % of the moves; \
-                     position.deadline_s = {}",
+                    "position.to_deg = {}: the way takes about {} s; position.deadline_s = {}",
                     plain(to_deg),
                     reach::figure(way.time_s.into()),
-                    reach::figure(way.time_95_s().into()),
                     plain(deadline_s)
                 ),
                 hint: format!("position.deadline_s={}, or a nearer target", (1.01 * whole_s).ceil()),
