@@ -37,7 +37,7 @@ mod tests {
     use crate::measurement::{CameraFrame, LdvSample};
 
     /// Under the drive a rotor that is struck 80 um above the last impact each time: from the second such impact on no
-    /// kicks are taken, and the health says so. Without drive they are, from the next frame on.
+    /// kicks are taken, and the health says so. Without drive they are.
     #[test]
     fn exact_no_kicks_are_taken_of_a_rotor_that_tilts() {
         let mut filter = driven::<f64>(DriveMode::B);
