@@ -211,7 +211,7 @@ impl<T: Real> ImpactAided<T> {
                 self.random_walk_over_gap(sample.taken_at, seconds);
             }
             // The weight of a rotor that lies on the teeth makes it.
-            VibrometerEvent::Impact { .. } if self.watch.motion(sample.taken_at) == Motion::Quiet => (),
+            VibrometerEvent::Impact { .. } if self.watch.settled(sample.taken_at) => (),
             VibrometerEvent::Impact { before_m_s, jump_m_s, height_m } => {
                 let within_s = before.map_or(T::zero(), |before| sample.taken_at.seconds_since(before));
                 let reach_m = self.tuning.reach_m + T::from_f64(2.0) * within_s * jump_m_s;

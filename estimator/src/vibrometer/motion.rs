@@ -248,6 +248,11 @@ impl<T: Real> MotionWatch<T> {
         self.motion_since(now).0
     }
 
+    /// Whether the drive has been off at `now` for the time in which a motor of this design settles.
+    pub(crate) fn settled(&self, now: Time) -> bool {
+        now >= self.settled_at
+    }
+
     fn motion_since(&self, now: Time) -> (Motion, Time) {
         match self.applied.mode() {
             Some(DriveMode::C) if now >= self.mode_b_until => {
@@ -267,7 +272,7 @@ impl<T: Real> MotionWatch<T> {
     /// its callers would take half a kilobyte of the smallest board's flash.
     #[inline(never)]
     fn quiet_since(&self, now: Time) -> Time {
-        let settled = if now >= self.settled_at { self.settled_at } else { NEVER };
+        let settled = if self.settled(now) { self.settled_at } else { NEVER };
         self.rest.quiet_since(now).filter(|_| !self.repeats()).map_or(settled, |shown| shown.min(settled))
     }
 
