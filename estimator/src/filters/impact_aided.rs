@@ -379,3 +379,5 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod without_drive_tests;

@@ -1,10 +1,9 @@
 use super::*;
 use crate::camera::track::Track;
 use crate::camera::track_covariance::TrackCovariance as _;
-use crate::camera::track_tuning::TrackTuning;
 use crate::filters::constant_rate::ConstantRateTuning;
 use crate::innovation::{Rejection, Verdict};
-use crate::instruments::{CameraDescription, Instruments};
+use crate::instruments::Instruments;
 use crate::tests::{FRAME_NANOS, LDV_NANOS, assert_consistent, frame, nees, quiet_sample};
 use motor_model::{Angle, MotorParams};
 use proptest::prelude::*;
@@ -12,7 +11,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 
-fn tuning<T: Real>() -> ImpactAidedTuning<T> {
+pub(super) fn tuning<T: Real>() -> ImpactAidedTuning<T> {
     ImpactAidedTuning::new(&MotorParams::nominal(), &Instruments::default())
 }
 
@@ -244,25 +243,6 @@ fn exact_a_gap_is_a_random_walk_of_bounded_length() {
     }
 }
 
-/// With the drive off friction brakes: the kick is towards rest and not beyond it.
-#[test]
-fn law_a_rotor_that_lands_is_braked() {
-    for rate in [12.0, 0.4, -12.0] {
-        let mut filter = ImpactAided::<f64>::new(&tuning());
-        filter.update_camera(&frame(1, 0.0));
-        let mut state = filter.tracker.track().unwrap().state;
-        state.rate_rad_s = rate;
-        let kick = filter.impact_kick(Time::from_nanos(FRAME_NANOS), 5e-6, -1e-3, 5e-3);
-        kick.apply(&mut state);
-        assert!(
-            state.rate_rad_s.abs() < rate.abs() && state.rate_rad_s * rate >= 0.0,
-            "{}",
-            state.rate_rad_s
-        );
-        assert!(rate.abs() - state.rate_rad_s.abs() <= kick.kick_max_rad_s + 1e-12);
-    }
-}
-
 /// Without samples the variance grows as the constant-rate filter's.
 #[test]
 fn law_without_vibrometer_it_is_the_constant_rate_filter() {
@@ -317,56 +297,6 @@ fn exact_turns_are_counted() {
     let estimate = filter.estimate(Time::from_nanos(9000 * FRAME_NANOS)).unwrap();
     let truth = (15e-4 * 9000.0_f64).to_degrees();
     assert!((estimate.angle.degrees() - truth).abs() < 1e-3, "{}", estimate.angle.degrees());
-}
-
-/// A rotor at rest whose frames are the codes of one mark, 1 s long, and a quiet vibrometer; angle's variance and the
-/// last verdict.
-fn at_rest(mut code_m: impl FnMut() -> f64) -> (Estimate<f32>, Verdict) {
-    let mut one_mark = tuning();
-    one_mark.constant_rate.track =
-        TrackTuning::new(&CameraDescription { marks: 1, ..CameraDescription::default() });
-    let mut filter = ImpactAided::<f32>::new(&one_mark);
-    let mut verdict = Verdict::Used;
-    for n in 1..=10_000 {
-        for k in 0..20 {
-            let taken_at = Time::from_nanos(n * FRAME_NANOS - (20 - k) * LDV_NANOS);
-            filter.update_ldv(&quiet_sample(taken_at));
-        }
-        let code_m = 2e-6 * (code_m() / 2e-6).round();
-        verdict = filter.update_camera(&frame(n, code_m / 3.9e-3)).verdict;
-    }
-    (filter.estimate(Time::from_nanos(10_000 * FRAME_NANOS)).unwrap(), verdict)
-}
-
-/// One code for ever: the variance stays that of a uniform error, step squared over 12, but for the frames before rest.
-#[test]
-fn law_one_code_for_ever_keeps_the_quantisation_variance() {
-    let (estimate, verdict) = at_rest(|| 1e-7);
-    let uniform_rad2 = (2e-6_f64 / 3.9e-3).powi(2) / 12.0;
-    assert_eq!(verdict, Verdict::Rejected(Rejection::Repeated));
-    assert!(estimate.resting);
-    assert!(f64::from(estimate.angle_rad2) > 0.75 * uniform_rad2, "{}", estimate.angle_rad2);
-}
-
-/// With dither a second of rest is measured to 0.3 milli-degrees, consistently: 40 rotors, their places spread over a
-/// cell.
-#[test]
-fn law_dithered_rest_is_measured_consistently() {
-    let mut square_sum = 0.0;
-    for seed in 0..40 {
-        let mut rng = Pcg64::seed_from_u64(seed);
-        let place = 1e-4 + 2e-6 * seed as f64 / 40.0;
-        let (estimate, _) = at_rest(|| {
-            let noise: f64 = StandardNormal.sample(&mut rng);
-            place + 1e-6 * noise
-        });
-        let sigma = f64::from(estimate.angle_rad2).sqrt();
-        assert!(sigma.to_degrees() < 0.3e-3, "{sigma}");
-        let error: f64 = estimate.angle.radians_since(Angle::from_degrees((place / 3.9e-3).to_degrees()));
-        square_sum += (error / sigma).powi(2) / 40.0;
-    }
-    // Mean of 40 chi-squares: 1 +- 0.22.
-    assert!((square_sum - 1.0).abs() < 0.66, "{square_sum}");
 }
 
 /// An event as the property test draws it: time in ns, shifted right by the lowest six bits of the angle's units; units
