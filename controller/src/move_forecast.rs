@@ -4,7 +4,8 @@
 //! ```text
 //! time to measure to s         t = (R T / v) atanh(x) / x,    v = s^2 - floor,    x = sqrt(g R T) / v
 //!                              R: variance of a frame, T: their period, g: growth of the variance at rest
-//! way                          cruise: distance / rate;   burst by burst: each leaves its spread of its turn
+//! way                          cruise: distance / rate, and a look after each time that the drive may be on at most;
+//!                              burst by burst: each leaves its spread of its turn, and is driven whole
 //! a look after each drive      until rest, and frames until half of what a coarse drive has left is known; what is
 //!                              measured between steps and walks counts at the end
 //! at the end                   1.3 times that to the tolerance, 1.6 times below the shortest step, and four rests:
@@ -93,6 +94,7 @@ const FLOORS: f32 = 2.0;
 /// Sums over the way.
 #[derive(Clone, Copy, Default)]
 struct Way {
+    /// Drives, and the looks at which a cruise is cut, whose number spreads over motors as the time of the cruise.
     drive_s: f32,
     look_s: f32,
     /// Standard deviation over motors of the time of the bursts that are as long as the map has them, in s.
@@ -235,10 +237,13 @@ fn way(
         .filter(|cruise| left_rad >= map.cruise_from_rad(mode).max(cruise.room_rad()))
         .filter(|cruise| frames_follow(cruise, tuning.frame_wait_s()));
     if let Some(cruise) = cruise {
-        way.drive_s += left_rad / cruise.rate_rad_s.abs();
-        way.drives += 1;
+        let cruise_s = left_rad / cruise.rate_rad_s.abs();
+        let cuts = floored(cruise_s / tuning.limits.on_max_s());
+        way.drives = cuts.saturating_add(1);
         left_rad = cruise.coast_sd_rad.min(0.3 * left_rad);
-        way.look_s += look_s(Some(left_rad));
+        let look_s = look_s(Some(left_rad));
+        way.drive_s = cruise_s + real(cuts) * look_s;
+        way.look_s = look_s;
     } else {
         left_rad = far(map, tuning, mode, left_rad, &look_s, &mut way)?;
     }
@@ -284,14 +289,8 @@ fn far(
         .into_iter()
         .filter(|family| family.mode() == mode)
         .find_map(|family| map.burst(family, f32::INFINITY, tuning.limits.amplitude_max))?;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "saturates, and a part is dropped"
-    )]
-    let drives = ((left_rad - longest.turn_rad) / longest.turn_rad) as u32;
-    #[expect(clippy::cast_precision_loss, reason = "a time needs no more than single precision")]
-    let bursts = drives as f32;
+    let drives = floored((left_rad - longest.turn_rad) / longest.turn_rad);
+    let bursts = real(drives);
     let burst_s = longest.seconds();
     let look_s = look_s(Some(longest.turn_rad));
     let spread = longest.motors_sd_rad / longest.turn_rad;
@@ -300,6 +299,22 @@ fn far(
     way.far_sd_s = bursts * (burst_s + look_s) * spread;
     way.drives = way.drives.saturating_add(drives);
     Some(left_rad - bursts * longest.turn_rad)
+}
+
+/// Whole drives in `drives`.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "saturates, and a part is dropped"
+)]
+fn floored(drives: f32) -> u32 {
+    drives as u32
+}
+
+/// `drives` in single precision.
+#[expect(clippy::cast_precision_loss, reason = "a time needs no more than single precision")]
+fn real(drives: u32) -> f32 {
+    drives as f32
 }
 
 /// The family of the longest bursts of `mode`.

@@ -128,6 +128,12 @@ impl Limits {
     pub(crate) fn deadline_s(&self) -> f32 {
         1e-9 * self.deadline_nanos as f32
     }
+
+    /// Longest time with the drive on in one cruise or burst, in s.
+    #[expect(clippy::cast_precision_loss, reason = "a time needs no more than single precision")]
+    pub(crate) fn on_max_s(&self) -> f32 {
+        1e-9 * self.on_max_nanos as f32
+    }
 }
 
 impl Default for Limits {

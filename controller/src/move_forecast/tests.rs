@@ -184,6 +184,25 @@ fn exact_the_time_of_a_cruise_spreads_by_a_fifth() {
     assert!(((far - 2.0 * middle + near) / expected_s2 - 1.0).abs() < 1e-3, "{ways:?}");
 }
 
+/// A drive that may be on for a part of its cruise at a time is cut: four times in a cruise of four and a half such
+/// times, with a look of 1 s after each. One that may be on for all of it is not.
+#[test]
+fn exact_a_cruise_is_cut_where_the_drive_may_be_on_no_longer() {
+    let of = |on_max_s: f64| {
+        let on_max_nanos = (1e9 * on_max_s) as u64;
+        let limits = Limits { on_max_nanos, ..Limits::default() };
+        let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
+        way(ResponseMap::table_1(), &tuning, 6.0, 1.0, |_| 1.0).unwrap()
+    };
+    let whole = of(20.0);
+    let cruise_s = f64::from(whole.drive_s);
+    for (on_max_s, cuts) in [(1.01 * cruise_s, 0), (cruise_s / 4.5, 4)] {
+        let cut = of(on_max_s);
+        assert_eq!((cut.drives, cut.look_s.to_bits()), (1 + cuts, whole.look_s.to_bits()));
+        assert_eq!(cut.drive_s.to_bits(), (whole.drive_s + real(cuts)).to_bits());
+    }
+}
+
 /// Nearer than a cruise is driven from, bursts lead to the target: the way is that of a camera too slow for a cruise.
 #[test]
 fn dual_a_near_target_is_reached_by_bursts() {

@@ -121,13 +121,16 @@ fn way_too_long(scene: &Scene) -> Result<SceneError, RunError> {
         ["position.to_deg", "position.tolerance_deg", "position.deadline_s", "limits.amplitude_max"]
             .map(|key| scene.number(key));
     #[expect(clippy::cast_possible_truncation, reason = "the controller computes in f32")]
-    let of = |tolerance_deg: f64| {
+    let within = |limits: &Limits, tolerance_deg: f64| {
         let [way_rad, tolerance_rad] = [to_deg, tolerance_deg].map(|deg| deg.to_radians() as f32);
-        MoveForecast::try_new(&instruments, &map, &limits, way_rad, tolerance_rad)
+        MoveForecast::try_new(&instruments, &map, limits, way_rad, tolerance_rad)
     };
-    Ok(match of(reach::WIDEST_DEG) {
+    Ok(match within(&limits, reach::WIDEST_DEG) {
         Ok(way) => {
-            let whole_s = f64::from(of(tolerance_deg).unwrap_or(way).time_95_s());
+            let whole_s = f64::from(within(&limits, tolerance_deg).unwrap_or(way).time_95_s());
+            let uncut = within(&Limits { on_max_nanos: u64::MAX, ..limits }, reach::WIDEST_DEG);
+            let is_cut = uncut.is_ok_and(|uncut| f64::from(uncut.time_95_s()) <= deadline_s);
+            let longer = if is_cut { " a longer limits.drive_on_s," } else { "" };
             SceneError::Conflict {
                 conflict: format!(
                     "position.to_deg = {}: the way takes about {} s; position.deadline_s = {}",
@@ -135,7 +138,7 @@ fn way_too_long(scene: &Scene) -> Result<SceneError, RunError> {
                     reach::figure(way.time_s.into()),
                     plain(deadline_s)
                 ),
-                hint: format!("position.deadline_s={}, or a nearer target", (1.01 * whole_s).ceil()),
+                hint: format!("position.deadline_s={},{longer} or a nearer target", (1.01 * whole_s).ceil()),
             }
         }
         Err(_) => SceneError::Conflict {
@@ -202,6 +205,16 @@ mod tests {
             scene.set("position.deadline_s", named.split(',').next().unwrap()).unwrap();
             assert!(plan(&scene).is_ok(), "{refusal}");
         }
+    }
+
+    /// 300 degrees take 3.4 s at 1.539 rad/s, and three thousand looks where the drive may be on for 1 ms at a time.
+    #[test]
+    fn exact_a_limit_that_makes_a_way_long_is_named() {
+        let refusal =
+            plan(&scene(&["position.to_deg=-300", "limits.drive_on_s=0.001"])).unwrap_err().one_line();
+        assert!(refusal.contains(", a longer limits.drive_on_s, or a nearer target"), "{refusal}");
+        let far = plan(&scene(&["position.to_deg=-7200", "limits.drive_on_s=0.001"])).unwrap_err().one_line();
+        assert!(!far.contains("drive_on_s"), "{far}");
     }
 
     /// At 0.3 of full drive no cruise of Table 1's map turns the motor clockwise, and no throw.
