@@ -111,15 +111,17 @@ impl PositionArgs {
         let cost = MoveCost { wall_s: begun.elapsed().as_secs_f64() };
         let json = result_json::of(&request, &[], &files::json_line(&outcome));
         let logged = log.finish(&json)?;
-        if let Some(learning) = learning {
-            learning.publish(&scene, learnt.filter(|_| outcome.stopped.is_none()).ok_or(NOT_REACHED))?;
-        }
         let svg = position_report::svg(&outcome, &trace)?;
         if let (Some(report), Some(beside)) = (report, &beside) {
             let content = position_report::report(&scene, &plan, &outcome, (&trace, beside), cost);
             report.publish(&content, &request)?;
         }
-        Ok(drawing.publish(&svg, &format!("{outcome}{logged}"), json)?)
+        drawing.publish(&svg, &format!("{outcome}{logged}"), json)?;
+        // Last: a move whose result cannot be written leaves the map as it was, and may be made again.
+        if let Some(learning) = learning {
+            learning.publish(&scene, learnt.filter(|_| outcome.stopped.is_none()).ok_or(NOT_REACHED))?;
+        }
+        Ok(())
     }
 }
 

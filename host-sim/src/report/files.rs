@@ -179,13 +179,17 @@ impl OutputFolder {
     }
 }
 
-/// Writes `text` to standard output.
+/// Writes `text` to standard output. A reader that has closed it is no error: what follows is done all the same.
 ///
 /// # Errors
-/// When standard output is closed or full.
+/// When standard output is full.
 pub fn print(text: &str) -> Result<(), OutputError> {
     let mut stdout = io::stdout().lock();
-    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).map_err(OutputError::StandardOutput)
+    let written = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush());
+    written.map_err(OutputError::StandardOutput).or_else(|error| match error {
+        error if error.is_broken_pipe() => Ok(()),
+        error => Err(error),
+    })
 }
 
 #[cfg(test)]

@@ -72,8 +72,24 @@ fn check_learning(folder: &Path, map: &ResponseMap) {
     let given_up = moved("5", &["--fault", "drive:dead"]);
     assert!(given_up["stopped"].is_string(), "{given_up}");
     assert_eq!(written(folder, "mine/map.toml"), before);
+    check_learning_comes_last(folder);
     let gallery = ["position", "--scene", "set_f_plant", "--map", "set_f_plant", "--learn"];
     refuses(folder, &gallery, &["--learn", "set_f_plant is no file", "commission --out"]);
+}
+
+/// A result that cannot be printed leaves the map as it was. A reader that has closed standard output does not.
+fn check_learning_comes_last(folder: &Path) {
+    let before = written(folder, "mine/map.toml");
+    let by = ["position", "--to", "-0.05", "--seed", "3", "--map", "mine/map.toml", "--learn"];
+    for (output, code, learns) in [("> /dev/full", 2, false), ("| true", 0, true)] {
+        let words = [&[env!("CARGO_BIN_EXE_host-sim-under-test")][..], &by].concat();
+        let line = format!("set -o pipefail; {} {output}", shlex::try_join(words).expect("no zero byte"));
+        let ended = std::process::Command::new("bash").args(["-c", &line]).current_dir(folder).output();
+        let ended = ended.expect("bash");
+        let notes = String::from_utf8(ended.stderr).expect("text");
+        assert_eq!(ended.status.code(), Some(code), "{output}: {notes}");
+        assert_eq!(written(folder, "mine/map.toml") != before, learns, "{output}: {notes}");
+    }
 }
 
 /// A motor that cannot be positioned is refused in one line, and no map is written. What was measured of it is: the
