@@ -202,7 +202,8 @@ impl Axis {
         Self { label: label.into(), range: None, logarithmic: false, names: Vec::new() }
     }
 
-    /// Makes the axis span exactly `range`; points outside are cut off.
+    /// Makes the axis span exactly `range`. Dots outside are left out; a line outside is cut off in a page, and runs
+    /// along the border in a file.
     #[must_use]
     pub fn within(mut self, range: Range<f64>) -> Self {
         self.range = Some(range);
@@ -248,7 +249,8 @@ impl Series {
         Self::of(Mark::Points(points), 1.0)
     }
 
-    /// Bars from `mean - sd` to `mean + sd` with a dot at the mean, from `(x, mean, sd)`.
+    /// Bars from `mean - sd` to `mean + sd` with a dot at the mean, from `(x, mean, sd)`; the dot alone where `sd` is
+    /// NaN.
     pub fn error_bars(points: Vec<(f64, f64, f64)>) -> Self {
         Self::of(Mark::ErrorBars(points), 1.0)
     }
@@ -303,7 +305,8 @@ impl Series {
                 points.iter().map(|&(x, y)| (x, Some(y))).collect()
             }
             Mark::ErrorBars(bars) => {
-                bars.iter().flat_map(|&(x, y, half)| [(x, Some(y - half)), (x, Some(y + half))]).collect()
+                let ends = |&(x, y, half): &(f64, f64, f64)| [y - half, y, y + half].map(|y| (x, Some(y)));
+                bars.iter().flat_map(ends).collect()
             }
             Mark::Band(edges) => {
                 edges.iter().flat_map(|&(x, low, high)| [(x, Some(low)), (x, Some(high))]).collect()
@@ -397,6 +400,23 @@ mod tests {
         let points = (0..1_000_000_u32).map(|i| (f64::from(i), f64::from(i % 977))).collect();
         let svg = picture(points);
         assert!(svg.len() < 200_000, "{}", svg.len());
+    }
+
+    /// Both lie on the axis: 3 is its middle.
+    #[test]
+    fn exact_an_error_bar_without_a_length_is_a_dot() {
+        for (sd, bars) in [(1.0, 2), (f64::NAN, 0)] {
+            let panel = Panel::new("", Axis::new("step (us)"), Axis::new("rate (rad/s)"));
+            let panel = panel.series(Series::error_bars(vec![(1.0, 2.0, sd), (2.0, 4.0, sd)]));
+            let (_, y) = panel.scales();
+            assert!((0.5 * (y.span.start + y.span.end) - 3.0).abs() < 1e-12, "{:?}", y.span);
+            let html = Figure::new("").panel(panel.clone()).html().into_string();
+            let drawn = html.split_once("class=\"bar").unwrap().1.split_once(" d=\"").unwrap().1;
+            assert_eq!(drawn.split('"').next().unwrap().matches('V').count(), bars, "{html}");
+            let svg = Figure::new("").panel(panel).svg().unwrap();
+            // A bar has a dot of its own.
+            assert_eq!(svg.matches("<circle").count(), 2 + bars);
+        }
     }
 
     #[test]

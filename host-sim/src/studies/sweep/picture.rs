@@ -1,6 +1,6 @@
 //! The pictures of a sweep: which key moves a figure most, and how the figure follows each key.
 
-use super::{KeyIndices, Response, SweepSummary};
+use super::{KeyIndices, Response, Slice, SweepSummary};
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use simulation::math::count::real;
 use simulation::scene::registry;
@@ -10,7 +10,7 @@ const PANELS_MAX: usize = 24;
 
 /// What the error bars of a response are.
 const RESPONSES: &str = "Mean over the rows of a slice of the key's values, and one standard deviation of the rows to \
-    either side, which the other keys, the seeds and the slice's width make.";
+    either side, which the other keys, the seeds and the slice's width make; a dot alone: one row, which has none.";
 
 /// What the bars of a tornado are.
 const TORNADO: &str =
@@ -116,8 +116,8 @@ fn responses(responses: &[&Response]) -> Figure {
             ([], false) => Axis::new(labelled(&response.key)),
             (words, _) => Axis::of_names(&response.key, words.to_vec()),
         };
-        let points =
-            response.slices.iter().map(|slice| (slice.at, slice.spread.mean, slice.spread.sd)).collect();
+        let bar = |slice: &Slice| (slice.at, slice.mean, slice.sd.unwrap_or(f64::NAN));
+        let points = response.slices.iter().map(bar).collect();
         Panel::new(&response.figure, x, Axis::new(labelled(&response.figure)))
             .height(200)
             .series(Series::error_bars(points).colour(Colour::Blue))
@@ -155,17 +155,11 @@ fn shares(indices: &[KeyIndices]) -> Figure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::studies::sweep::responses::Slice;
-    use simulation::math::statistics::Accumulator;
 
     /// A key that changes nothing has a bar of no length, and a dot.
     #[test]
     fn exact_a_key_without_effect_is_drawn_in_the_tornado() {
-        let slice = |at: f64, value: f64| {
-            let mut figure = Accumulator::default();
-            figure.add(value);
-            Slice { at, rows: 1, spread: figure.spread() }
-        };
+        let slice = |at: f64, mean: f64| Slice { at, rows: 1, mean, sd: None };
         let dots = |other: f64| {
             let slices = vec![slice(1.0, 1.0), slice(2.0, other)];
             let response = Response {

@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::tables::{Cells, Column};
 use crate::report::parquet_table::Cell;
 use simulation::math::count::real;
-use simulation::math::statistics::{Accumulator, Spread};
+use simulation::math::statistics::Accumulator;
 
 /// Slices of a range.
 const SLICES: u64 = 16;
@@ -38,15 +38,16 @@ pub struct Slice {
     pub at: f64,
     /// Rows that have the figure.
     pub rows: u64,
-    /// The figure over them.
-    #[serde(flatten)]
-    pub spread: Spread,
+    /// Its mean over them.
+    pub mean: f64,
+    /// Its sample standard deviation; `null` of one row.
+    pub sd: Option<f64>,
 }
 
 impl Response {
     /// The least and the largest mean of a slice; `None` without one.
     pub fn range(&self) -> Option<(f64, f64)> {
-        let means = || self.slices.iter().map(|slice| slice.spread.mean);
+        let means = || self.slices.iter().map(|slice| slice.mean);
         let (low, high) = (means().reduce(f64::min)?, means().reduce(f64::max)?);
         Some((low, high))
     }
@@ -209,8 +210,9 @@ impl ResponseSums {
                 };
                 let slice = |(slice, sums): (usize, &Vec<(u64, Accumulator)>)| {
                     let (rows, sum) = sums.get(place)?;
-                    let at = axis.slicing.middle(slice);
-                    (*rows > 0).then(|| Slice { at, rows: *rows, spread: sum.spread() })
+                    let (at, spread) = (axis.slicing.middle(slice), sum.spread());
+                    let sd = (*rows > 1).then_some(spread.sd);
+                    (*rows > 0).then_some(Slice { at, rows: *rows, mean: spread.mean, sd })
                 };
                 let mut slices: Vec<Slice> = axis.sums.iter().enumerate().filter_map(slice).collect();
                 slices.sort_by(|a, b| a.at.total_cmp(&b.at));
@@ -261,11 +263,30 @@ mod tests {
                 && found.iter().zip(expected).all(|(a, b)| near(a.0, b.0) && near(a.1, b.1))
         };
         let means = |response: &Response| -> Vec<(f64, f64)> {
-            response.slices.iter().map(|slice| (slice.at, slice.spread.mean)).collect()
+            response.slices.iter().map(|slice| (slice.at, slice.mean)).collect()
         };
         assert!(close(&means(&found[0]), &[(0.1, 1.5), (0.2, 2.5), (0.3, 3.5)]), "{found:?}");
         assert!(close(&means(&found[1]), &[(1.0, 2.0), (2.0, 3.0)]), "{found:?}");
         assert_eq!((&found[1].words, found[0].slices[0].rows), (&vec!["b".to_owned(), "c".to_owned()], 2));
+    }
+
+    /// Of one row there is no standard deviation, and no bar in the picture. Of 1.5 and 2.5 it is 1 / sqrt 2.
+    #[test]
+    fn exact_a_slice_of_one_row_has_no_spread() {
+        let of = |scene: &Scene| 10.0 * scene.number("motor.friction") + 0.5;
+        let alone = summary(&["motor.friction=0.1,0.2"], Sampling::Grid, of);
+        let json: Value = serde_json::from_str(&alone.json()).unwrap();
+        let slices = &json["responses"][0]["slices"];
+        assert_eq!((&slices[0]["mean"], &slices[1]["mean"]), (&json!(1.5), &json!(2.5)));
+        assert!(slices[0]["sd"].is_null() && slices[1]["sd"].is_null(), "{slices}");
+        let pictures = alone.pictures();
+        let (_, drawn) = pictures.iter().find(|(name, _)| name == "responses.svg").unwrap();
+        // A bar has a dot of its own.
+        assert_eq!(drawn.svg().unwrap().matches("<circle").count(), 2);
+        let words = ["motor.friction=0.1,0.2", "simulate.drive=b"];
+        let found = summary(&words, Sampling::Grid, of).responses;
+        assert_eq!(found[0].slices[0].sd, None);
+        assert!((found[1].slices[0].sd.unwrap() - core::f64::consts::FRAC_1_SQRT_2).abs() < 1e-12);
     }
 
     /// Of drawn points each slice of a linear figure has a mean within the figure's values over that slice, and of 256
@@ -277,7 +298,7 @@ mod tests {
         let found = summary(&over, Sampling::Sobol(256), of).responses;
         assert_eq!(found[0].slices.len(), 16);
         for slice in &found[0].slices {
-            let off = slice.spread.mean - slice.at;
+            let off = slice.mean - slice.at;
             assert!(off.abs() <= 0.025 && slice.rows == 16, "{slice:?}");
         }
         assert!(found[1].log && found[1].slices.iter().all(|slice| slice.rows == 16), "{:?}", found[1]);
