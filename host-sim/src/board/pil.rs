@@ -168,7 +168,12 @@ pub(crate) fn acknowledgement(message: &HostMessage) -> BoardMessage {
 }
 
 fn filter_kind(scene: &Scene) -> FilterKind {
-    match filter::chosen(scene) {
+    filter_named(filter::chosen(scene))
+}
+
+/// The filter of this name in a scene, the simplest for any other word.
+pub(crate) fn filter_named(name: &str) -> FilterKind {
+    match name {
         "impact_aided" => FilterKind::ImpactAided,
         "twin" => FilterKind::Twin,
         _ => FilterKind::ConstantRate,

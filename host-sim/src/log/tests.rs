@@ -98,6 +98,20 @@ fn read(bytes: &[u8]) -> (Vec<(Time, LogMessage)>, Option<LogError>) {
     }
 }
 
+/// The best for the instruments alone is the twin. A board may have another, and a recording has none.
+#[test]
+fn exact_a_log_names_the_filter_that_is_known_when_it_begins() {
+    for (command, scene_says, expected) in [
+        ("position", "best", "twin"),
+        ("run", "best", "best"),
+        ("run", "impact_aided", "impact_aided"),
+        ("record", "best", "none"),
+    ] {
+        let scene = Scene::of_sets(&[format!("estimator.filter={scene_says}")]).unwrap();
+        assert_eq!(Stated::of(command, &scene).filter, expected, "{command}");
+    }
+}
+
 /// The writer finds a channel by the place of its message.
 #[test]
 fn exact_channels_have_the_order_of_their_messages() {

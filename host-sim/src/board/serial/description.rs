@@ -10,9 +10,10 @@
 //! A board begins a session with the description that it keeps. Where its digest is that of the scene's description,
 //! the board has it already.
 //!
-//! A scene that names no filter gets the best that the board was built with.
+//! A scene that names no filter gets the best that the instruments as described allow, the error of the clock included,
+//! or the next simpler one that the board was built with.
 
-use estimator::{CameraDescription, Instruments};
+use estimator::CameraDescription;
 use link::{BoardFault, DescriptionDigest, HostMessage, KeptDescription};
 use motor_model::Angle;
 use serde::Serialize;
@@ -21,8 +22,8 @@ use super::SerialError;
 use super::report_period::ReportPeriod;
 use super::session::BoardSession;
 use super::task::BoardTask;
-use super::task_filter::{filter, is_without, with_simpler_filter};
-use crate::board::pil::{acknowledgement, description, filter_name};
+use super::task_filter::{filter, is_without, with_filter, with_simpler_filter};
+use crate::board::pil::{acknowledgement, description, filter_name, filter_named};
 use simulation::scene::Scene;
 
 /// Messages that the line may lose, or their answers, before the host gives up.
@@ -65,7 +66,7 @@ pub(super) struct Preparation {
     pub zero: Option<Angle>,
     /// How often the board is to report, where it is asked to.
     pub reports: Option<ReportPeriod>,
-    /// Whether a board without the task's filter may take a simpler one.
+    /// Whether the scene names no filter: a board without the task's may take a simpler one.
     pub any_filter: bool,
 }
 
@@ -87,11 +88,17 @@ impl Preparation {
     }
 
     /// The same that tells the filter of an error of the clock of `micros`, root mean square. What a scene says of a
-    /// camera with a clock of its own counts where it is more.
+    /// camera with a clock of its own counts where it is more. Where the scene names no filter, the task has the best
+    /// for such a clock.
     pub(super) fn with_clock_error(mut self, micros: u16) -> Self {
         for message in &mut self.description {
-            if let HostMessage::Instruments(Instruments { camera, .. }) = message {
+            if let HostMessage::Instruments(instruments) = message {
+                let camera = &mut instruments.camera;
                 camera.clock_sd_micros = camera.clock_sd_micros.max(micros);
+                if self.any_filter {
+                    let best = filter_named(instruments.best_filter().name());
+                    self.task = self.task.and_then(|task| with_filter(&task, best));
+                }
             }
         }
         self
@@ -224,6 +231,7 @@ fn what(message: &HostMessage) -> &'static str {
 #[cfg(test)]
 mod tests {
     use controller::ResponseMap;
+    use estimator::Instruments;
     use link::description_messages;
     use motor_model::{MotorParams, Parameter};
 
@@ -248,6 +256,25 @@ mod tests {
             assert_eq!(described.camera(), assumed);
             let changed = described.description.iter().zip(&of().description).filter(|(a, b)| a != b).count();
             assert_eq!(changed, usize::from(micros != of().camera().clock_sd_micros));
+        }
+    }
+
+    /// Filters that take impacts allow 100 us. A filter that the scene names stays.
+    #[test]
+    fn exact_the_filter_is_the_best_for_the_clock_as_it_is_told() {
+        for (named, told, expected) in [
+            ("best", 0, "twin"),
+            ("best", 100, "twin"),
+            ("best", 200, "constant_rate"),
+            ("twin", 200, "twin"),
+            ("impact_aided", 0, "impact_aided"),
+        ] {
+            let scene = Scene::of_sets(&[format!("estimator.filter={named}")]).unwrap();
+            for task in [BoardTask::Move, BoardTask::Rate, BoardTask::Commission] {
+                let told_board = Preparation::of(task, &scene).unwrap().with_clock_error(told);
+                let found = told_board.task.as_ref().and_then(filter).map(filter_name);
+                assert_eq!(found, Some(expected), "{named} {told} {task:?}");
+            }
         }
     }
 

@@ -27,6 +27,11 @@ pub(super) fn with_simpler_filter(task: &HostMessage) -> Option<HostMessage> {
         FilterKind::ImpactAided => FilterKind::ConstantRate,
         FilterKind::ConstantRate => return None,
     };
+    with_filter(task, filter)
+}
+
+/// The same task with `filter`; `None` of a message that is none.
+pub(super) fn with_filter(task: &HostMessage, filter: FilterKind) -> Option<HostMessage> {
     Some(match task.clone() {
         HostMessage::Configure(task) => HostMessage::Configure(Configuration { filter, ..task }),
         HostMessage::ConfigureRate(task) => HostMessage::ConfigureRate(RateConfiguration { filter, ..task }),
