@@ -106,6 +106,7 @@ mod jacobians;
 mod kick_history;
 mod kick_record;
 mod kick_use;
+mod late_drive;
 mod learnt_parameters;
 mod measured_impact;
 mod misfit_monitor;

@@ -7,6 +7,7 @@ use estimator::{
 };
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Real, Time};
 
+use crate::runs::late_interrupts;
 use crate::scene::Scene;
 pub use crate::scene::keys::estimator::FILTERS;
 use crate::world::instruments::assumed;
@@ -43,23 +44,33 @@ impl<T: Real> AnyFilter<T> {
     }
 
     /// The filter of this name, the simplest for any other word: for the design of the motor and the instruments that
-    /// `scene` describes.
+    /// `scene` describes, and told by how much the board's interrupts are late at most.
     ///
     /// # Errors
     /// When the model refuses the motor.
     pub fn named(name: &str, scene: &Scene) -> Result<Self, OutOfBounds> {
-        Self::new(name, &scene.motor_params(), &assumed(scene))
+        Self::of_drive(name, &scene.motor_params(), &assumed(scene), scene.number(late_interrupts::KEY))
     }
 
-    /// The same for a motor of `design` under `instruments`.
+    /// The same for a motor of `design` under `instruments`, whose drive acts on time.
     ///
     /// # Errors
     /// When the model refuses the motor.
     pub fn new(name: &str, design: &MotorParams, instruments: &Instruments) -> Result<Self, OutOfBounds> {
+        Self::of_drive(name, design, instruments, 0.0)
+    }
+
+    /// The same with a drive that acts up to `late_s` later than it is told.
+    fn of_drive(
+        name: &str,
+        design: &MotorParams,
+        instruments: &Instruments,
+        late_s: f64,
+    ) -> Result<Self, OutOfBounds> {
         Ok(match name {
             "twin" => Self::Twin(Box::new(TwinFilter::new(
                 &CheckedMotor::try_new(design)?,
-                &TwinTuning::new(design, instruments),
+                &TwinTuning { drive_late_s: T::from_f64(late_s), ..TwinTuning::new(design, instruments) },
             ))),
             "impact_aided" => {
                 Self::ImpactAided(Box::new(ImpactAided::new(&ImpactAidedTuning::new(design, instruments))))

@@ -16,7 +16,7 @@ use crate::math::random_streams::{self, RandomSource};
 use crate::scene::{Scene, SceneError};
 
 /// The bound of a scene.
-const KEY: &str = "board.interrupt_late_s";
+pub(super) const KEY: &str = "board.interrupt_late_s";
 
 /// By how much interrupts are late.
 #[derive(Clone, Debug)]

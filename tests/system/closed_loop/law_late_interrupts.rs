@@ -1,7 +1,9 @@
 //! Interrupts that are late by up to 4 us, the most that `firmware/BRINGUP.md` allows: what they cost, and whether the
-//! filters, which know nothing of them, are as honest as without.
+//! filters are as honest as without. The twin is told that bound, the others know nothing.
 //!
-//! In 2 us, their mean, a rotor at 600 deg/s turns by 1.2 milli-degrees, a tenth of a frame's noise.
+//! In 2 us, their mean, a rotor at 600 deg/s turns by 1.2 milli-degrees, a tenth of a frame's noise. A drive that
+//! changes its mode late has another phase from then on, by up to 0.03 rad: to hold 600 deg/s the loop brakes by mode C
+//! now and then.
 
 use rayon::prelude::*;
 use simulation::math::count::real;
@@ -19,7 +21,7 @@ const BEYOND_3_SIGMA: f64 = 4.0 / 80.0;
 /// Most that the error of the estimate may grow: by the quarter within which a standard deviation is to be right.
 const COST: f64 = 1.25;
 
-/// The motors, of which the twin at 600 deg/s gets all: one alone has luck.
+/// The motors, of which the twin gets all: one alone has luck.
 const SEEDS: [&str; 8] = ["41", "42", "43", "44", "45", "46", "47", "48"];
 
 fn scene(sets: &[(&str, &str)]) -> Scene {
@@ -37,7 +39,7 @@ fn held(filter: &str, deg_s: &str, sets: &[(&str, &str)]) -> Vec<RateOutcome> {
             [("estimator.filter", filter), ("rate.deg_s", deg_s), ("rate.duration_s", "1"), ("seed", seed)];
         rate::run(&scene(&[&of_run, sets].concat()), |_| ()).expect("a run")
     };
-    let motors = if (filter, deg_s) == ("twin", "600") { SEEDS.len() } else { 1 };
+    let motors = if filter == "twin" { SEEDS.len() } else { 1 };
     SEEDS[..motors].par_iter().map(|seed| of_run(seed)).collect()
 }
 
@@ -51,7 +53,6 @@ fn means(runs: &[RateOutcome]) -> [f64; 2] {
 
 /// Samples are taken by a timer, on time. Where the interrupt takes them, as late as it is, the twin is surer than
 /// right: it takes a kick from the tooth's velocity at the instant of an impact, of whose period 4 us are nine degrees.
-/// With a timer it pays at 600 deg/s, too: half again of its error, most of it on one motor of eight.
 #[test]
 fn law_late_interrupts_leave_estimates_honest() {
     for (filter, deg_s) in FILTERS.iter().flat_map(|&filter| [(filter, "600"), (filter, "-60")]) {
@@ -62,8 +63,6 @@ fn law_late_interrupts_leave_estimates_honest() {
             let (honest, cheap) = (beyond < BEYOND_3_SIGMA, late_mdeg2 < COST * COST * on_time_mdeg2);
             match (filter, deg_s, sampling) {
                 ("twin", "600", "interrupt") => assert!(!honest, "mended, {case}"),
-                ("twin", _, "interrupt") => {}
-                ("twin", "600", "timer") => assert!(honest && !cheap, "dear and honest no more, {case}"),
                 _ => assert!(honest && cheap, "{case}"),
             }
         }

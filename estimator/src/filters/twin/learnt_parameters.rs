@@ -8,7 +8,7 @@
 use motor_model::{Real, Time};
 use ud_filter::UdCovariance;
 
-use super::states::{DRIVE_PHASE, Errors, MODE_PARAMETERS, PRIOR, STATES};
+use super::states::{DRIVE_PHASE, Errors, MODE_PARAMETERS, STATES};
 use super::{StatorFilter, TwinFilter};
 
 /// Time between two copies: a fault is told within it, see the tests of the vibrometer's faults.
@@ -53,8 +53,9 @@ impl<T: Real> TwinFilter<T> {
         if let Some(learnt) = self.learnt.older {
             self.stator.parameters = learnt.parameters;
             self.stator.covariance.replace_last_states(&learnt.covariance);
-            let phase_rad = T::from_f64(PRIOR[DRIVE_PHASE]);
-            self.stator.covariance.replace_state(DRIVE_PHASE, phase_rad * phase_rad);
+            let phase_rad2 =
+                self.stator.prior_variances.as_slice().get(DRIVE_PHASE).copied().unwrap_or_default();
+            self.stator.covariance.replace_state(DRIVE_PHASE, phase_rad2);
         }
         self.learnt.newer = None;
     }
@@ -62,7 +63,7 @@ impl<T: Real> TwinFilter<T> {
 
 #[cfg(test)]
 mod tests {
-    use crate::filters::twin::states::MASS_RATIO;
+    use crate::filters::twin::states::{MASS_RATIO, PRIOR};
     use crate::filters::twin::tests::filter;
 
     use super::*;

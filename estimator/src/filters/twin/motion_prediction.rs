@@ -44,7 +44,9 @@ impl<T: Real> StatorFilter<T> {
         }
         if self.state.forcing.command() != command {
             self.step_sensitivities();
+            let before = self.state.forcing.increment();
             self.state.forcing = self.model.modes().forcing(command);
+            self.change_frequency_late(before);
         }
         while to.nanos_since(at) >= PERIOD_NANOS {
             let mut periods = 0;

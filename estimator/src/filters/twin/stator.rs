@@ -13,7 +13,8 @@
 //!
 //! The phase is that of the drive's current at the motor. A command that is reported one tick of 10 us late is 0.4 rad
 //! behind, a fifth of a tooth's swing. Its correction turns the phase of the model, at most half a turn at once. A
-//! restart takes the corrections back: the phase is then that of the commands, known to its prior.
+//! restart takes the corrections back: the phase is then that of the commands, known to its prior. Commands that act
+//! late shift it: [`super::late_drive`].
 //!
 //! The height is the integral of the vibrometer's samples: its variance grows by `sigma^2 h^2` a sample, 28 nm in 4 ms.
 //!
@@ -84,6 +85,8 @@ pub(super) struct StatorFilter<T: Real> {
     pub(super) prior_parameters: Errors<T>,
     /// Kept, since a microcontroller computes them in double precision by software.
     pub(super) prior_variances: Errors<T>,
+    /// Most that the drive acts later than it is told, in periods; see [`super::late_drive`].
+    pub(super) late_periods: T,
     /// Those of the stiffnesses of motors of the design, whatever was retuned.
     pub(super) stiffness_variances: [T; 3],
     /// Estimate of the last impact's jump.
@@ -131,6 +134,7 @@ impl<T: Real> StatorFilter<T> {
             stiffness_variances: STIFFNESSES
                 .map(|state| prior_variances.as_slice().get(state).copied().unwrap_or_default()),
             prior_variances,
+            late_periods: tuning.drive_late_s * T::from_f64(1.0 / PERIOD_S),
             jump_m_s: T::zero(),
             approach_per_jump: tuning.without_stator.approach_per_jump,
             recoil_share: T::from_f64(r / (1.0 + r)),

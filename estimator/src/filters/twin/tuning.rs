@@ -34,6 +34,8 @@ pub struct TwinTuning<T> {
     /// Variance of the kicks by undetected impacts when the mean misfit is twice the typical one, per the square of a
     /// kick at the detector's threshold. 1.5, tuned.
     pub undetected_part2: T,
+    /// Most that the drive acts later than the filter is told, in s: 0, on time, unless it is set.
+    pub drive_late_s: T,
 }
 
 impl<T: Real> TwinTuning<T> {
@@ -54,6 +56,7 @@ impl<T: Real> TwinTuning<T> {
             tooth_velocity_m_s: n(3.5e-5),
             chatter_rad2_s2: n(3.5e-5),
             undetected_part2: n(1.5),
+            drive_late_s: T::zero(),
         }
     }
 }

@@ -17,8 +17,9 @@ pub const SETTINGS: &[Setting] = &[
         key: "board.interrupt_late_s",
         unit: "s",
         kind: Kind::Number { default: 0.0, min: 0.0, max: 4e-6 },
-        meaning: "most that the interrupt of a tick is late: the command acts later by any time up to this, of which \
-                  the filters know nothing; beyond 4 us a board would take a sample of the next tick",
+        meaning: "most that the interrupt of a tick is late: the command acts later by any time up to this; the twin \
+                  is told this bound, the other filters know nothing; beyond 4 us a board would take a sample of the \
+                  next tick",
     },
     Setting {
         key: "board.sampling",
