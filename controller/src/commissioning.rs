@@ -20,7 +20,7 @@
 //! | this one | the plan: takes responses, and orders what comes next |
 //! | [`order`] | what to measure next |
 //! | [`limits`] | the travel and the strongest drive |
-//! | [`evidence`], [`repeats`] | what was measured of each row |
+//! | [`evidence`], [`repeats`], [`coasts`] | what was measured of each row |
 //! | [`row_factors`], [`map_factors`] | the factors by Bayes' rule, and where the prior does not hold |
 //! | [`commissioned_map`] | the map that follows |
 //! | [`findings`] | what the prior's authors did not foresee, by tests |
@@ -30,6 +30,7 @@
 //! Nothing allocates or panics. A tick of the loop takes little and bounded time; the search of [`order`] takes longer
 //! than a tick of a small processor, and is made elsewhere, while the drive is off and the rotor at rest.
 
+pub mod coasts;
 pub mod commissioned_map;
 pub mod evidence;
 pub mod experiment;
@@ -154,15 +155,16 @@ impl Commissioning {
         self.lost = (lost, experiment.mode());
         match (response, row) {
             (Response::Sweep { points }, None) => self.take_sweep(experiment.mode(), points),
-            (Response::Cruise { windows, rate_rad_s, coast_rad, to_rest_s }, Some(MapRow::Cruise(index))) => {
+            (Response::Cruise { windows, coast, to_rest_s }, Some(MapRow::Cruise(index))) => {
                 self.take_windows(prior, index, windows);
                 let is_whole = windows.is_full();
                 if let Some(found) = self.evidence.cruise_mut(index) {
                     found.runs = found.runs.saturating_add(1);
                     found.lost = found.lost.saturating_add(u16::from(!is_whole));
                 }
-                if let Some(found) = self.evidence.cruise_mut(index).filter(|_| is_whole) {
-                    found.coasts.add(*rate_rad_s, *coast_rad);
+                let found = self.evidence.cruise_mut(index).filter(|_| is_whole);
+                if let Some((found, cruise)) = found.zip(prior.cruises().get(index)) {
+                    found.coasts.add(coast.rate_rad_s, coast.turned_rad, coast.noise_rad2(cruise.coast_s));
                     found.to_rest_s.add(*to_rest_s, 0.0);
                 }
             }

@@ -10,6 +10,7 @@
 //! a frame is lost, the host asks again.
 
 use controller::commissioning::ExperimentTuning;
+use controller::commissioning::coasts::Coast;
 use controller::commissioning::experiment::{Experiment, Response, TurnWindow, WINDOWS};
 use controller::commissioning::resonance::{SWEEP_POINTS_MAX, SweepPoint};
 use estimator::Instruments;
@@ -138,10 +139,9 @@ pub enum ShownRecord {
     Cruise {
         /// Turn in rad, its variance in rad^2 and length in s of each window.
         windows: Vec<[f32; 3], WINDOWS>,
-        /// Rate at the cut in rad/s.
-        rate_rad_s: f32,
-        /// Turn from the cut until rest in rad.
-        coast_rad: f32,
+        /// Rate at the cut in rad/s, its variance in rad^2/s^2, turn from the cut until rest in rad, its variance in
+        /// rad^2 and the covariance of turn and rate in rad^2/s.
+        coast: [f32; 5],
         /// Time from the cut until rest in s.
         to_rest_s: f32,
     },
@@ -175,10 +175,15 @@ impl From<&Response> for ShownRecord {
             Response::Sweep { points } => Self::Sweep(each(points, |point| {
                 [point.offset_hz, point.power_m2_s2, point.relative_variance]
             })),
-            Response::Cruise { windows, rate_rad_s, coast_rad, to_rest_s } => Self::Cruise {
+            Response::Cruise { windows, coast, to_rest_s } => Self::Cruise {
                 windows: each(windows, |window| [window.turned_rad, window.turned_rad2, window.time_s]),
-                rate_rad_s: *rate_rad_s,
-                coast_rad: *coast_rad,
+                coast: [
+                    coast.rate_rad_s,
+                    coast.rate_rad2_s2,
+                    coast.turned_rad,
+                    coast.turned_rad2,
+                    coast.turned_rate_rad2_s,
+                ],
                 to_rest_s: *to_rest_s,
             },
             &Response::Train { turned_rad, turned_rad2, independent, to_rest_s } => {
@@ -199,15 +204,18 @@ impl From<&ShownRecord> for Response {
                     relative_variance,
                 }),
             },
-            ShownRecord::Cruise { windows, rate_rad_s, coast_rad, to_rest_s } => Self::Cruise {
+            &ShownRecord::Cruise {
+                ref windows,
+                coast: [rate_rad_s, rate_rad2_s2, turned_rad, turned_rad2, turned_rate_rad2_s],
+                to_rest_s,
+            } => Self::Cruise {
                 windows: each(windows, |&[turned_rad, turned_rad2, time_s]| TurnWindow {
                     turned_rad,
                     turned_rad2,
                     time_s,
                 }),
-                rate_rad_s: *rate_rad_s,
-                coast_rad: *coast_rad,
-                to_rest_s: *to_rest_s,
+                coast: Coast { rate_rad_s, rate_rad2_s2, turned_rad, turned_rad2, turned_rate_rad2_s },
+                to_rest_s,
             },
             &ShownRecord::Train { turned_rad, turned_rad2, independent, to_rest_s } => {
                 Self::Train { turned_rad, turned_rad2, independent, to_rest_s }
@@ -249,8 +257,13 @@ mod tests {
             Response::Sweep { points: [point; 13].into_iter().collect() },
             Response::Cruise {
                 windows: [window; WINDOWS].into_iter().collect(),
-                rate_rad_s: 16.0,
-                coast_rad: 0.1,
+                coast: Coast {
+                    rate_rad_s: 16.0,
+                    rate_rad2_s2: 1e-3,
+                    turned_rad: 0.1,
+                    turned_rad2: 1e-8,
+                    turned_rate_rad2_s: -1e-6,
+                },
                 to_rest_s: 0.02,
             },
             Response::Train { turned_rad: -0.1, turned_rad2: 1e-8, independent: true, to_rest_s: 0.01 },

@@ -195,20 +195,22 @@ fn turn_scale(measured: &Measured<'_>, factors: &MapFactors, family: Family) -> 
     spread_scale(squares, freedom)
 }
 
-/// Scale of the spread of the coasts of `mode`.
+/// Scale of the spread of the coasts of `mode`. Squares tell of the spread as far as it, and not the measurement, makes
+/// them: with a part `p` of their variance they have `p^2` of the information.
 fn coast_scale(measured: &Measured<'_>, factors: &MapFactors, mode: DriveMode) -> f32 {
     let rows = measured.map.cruises().iter().enumerate().filter(|(_, cruise)| cruise.mode == mode);
     let (squares, count) = rows.fold((0.0, 0.0), |(squares, count), (index, cruise)| {
         let coasts = measured.evidence.cruise(index).coasts;
         let slower = factors.rates(mode).row(&measured.rate_row(index, cruise)).mean.clamp(0.0, 1.0);
         let factor = factors.coasts(mode).row(&measured.coast_row(index, cruise)).mean.max(0.0);
-        let expected_rad2 = cruise.coast_sd_rad * cruise.coast_sd_rad * slower * slower;
-        let own = if expected_rad2 > 0.0 {
-            coasts.squares_rad2(cruise.coast_s * factor) / expected_rad2
-        } else {
-            0.0
-        };
-        (squares + own, count + f32::from(coasts.count()))
+        let own_rad2 = cruise.coast_sd_rad * cruise.coast_sd_rad * slower * slower;
+        if own_rad2 <= 0.0 {
+            return (squares, count);
+        }
+        let expected_rad2 = own_rad2 + coasts.noise_rad2();
+        let part = own_rad2 / expected_rad2;
+        let own = coasts.squares_rad2(cruise.coast_s * factor) / expected_rad2;
+        (squares + part * part * own, count + part * part * f32::from(coasts.count()))
     });
     // One degree of freedom has gone into the common factor.
     spread_scale(squares, count - 1.0)
@@ -324,6 +326,29 @@ mod tests {
         let strongest = found.strongest_cruise(DriveMode::B, 1.0).unwrap();
         assert!((strongest.amplitude - 0.5).abs() < 1e-6, "{strongest:?}");
         assert!((strongest.rate_rad_s - 3.0).abs() < 0.2, "{strongest:?}");
+    }
+
+    /// Coasts that lie apart by ten times the spread of the map, or not at all, where the camera's error is of that
+    /// size: they tell nothing of the motor's spread. Where the camera is exact, the one grows it and the other
+    /// shrinks it.
+    #[test]
+    fn exact_the_scatter_of_the_camera_is_no_spread_of_the_motor() {
+        let (index, cruise) = (7, &map().cruises()[7]);
+        let scale = |apart: f32, noise: f32| {
+            let mut evidence = CommissioningEvidence::default();
+            for run in 0..8 {
+                let off_rad = apart * cruise.coast_sd_rad * if run % 2 == 0 { 1.0 } else { -1.0 };
+                let coast_rad = cruise.coast_s * cruise.rate_rad_s + off_rad;
+                let noise_rad2 = (noise * cruise.coast_sd_rad).powi(2);
+                evidence.cruise_mut(index).unwrap().coasts.add(cruise.rate_rad_s, coast_rad, noise_rad2);
+            }
+            let measured = Measured { map: map(), evidence: &evidence };
+            coast_scale(&measured, &measured.factors(), DriveMode::B)
+        };
+        for apart in [0.0, 10.0] {
+            assert!((scale(apart, 10.0) - 1.0).abs() < f32::EPSILON, "{apart}");
+        }
+        assert!(scale(10.0, 0.0) > 5.0 && scale(0.1, 0.0) < 0.8);
     }
 
     /// Spreads grow with what was seen and shrink only as far as the number of repeats supports: of 3 degrees of

@@ -2,6 +2,7 @@
 //!
 //! Rates, coasts and turns are kept in units of the prior row, so that 1 means as in the map.
 
+use super::coasts::Coasts;
 use super::repeats::Repeats;
 use crate::response_map::{BURSTS_MAX, CRUISES_MAX, Cruise, Family, PerFamily, direction};
 
@@ -12,43 +13,6 @@ pub enum MapRow {
     Cruise(usize),
     /// The burst of that index in a family.
     Burst(Family, usize),
-}
-
-/// Coasts after a cruise: sums of rates at the cut and of coasts, both in the direction of the mode.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Coasts {
-    count: u16,
-    /// Sum of squared rates in rad^2/s^2.
-    rate2: f32,
-    /// Sum of rate times coast in rad^2/s.
-    rate_coast: f32,
-    /// Sum of squared coasts in rad^2.
-    coast2: f32,
-}
-
-impl Coasts {
-    /// Adds a coast of `coast_rad` after a cut at `rate_rad_s`.
-    pub fn add(&mut self, rate_rad_s: f32, coast_rad: f32) {
-        self.count = self.count.saturating_add(1);
-        self.rate2 += rate_rad_s * rate_rad_s;
-        self.rate_coast += rate_rad_s * coast_rad;
-        self.coast2 += coast_rad * coast_rad;
-    }
-
-    /// How many.
-    pub fn count(&self) -> u16 {
-        self.count
-    }
-
-    /// Coast per rate in s, by least squares, and the variance per that of a coast; `None` where the rotor stood still.
-    pub fn per_rate_s(&self) -> Option<(f32, f32)> {
-        (self.rate2 > 0.0).then(|| (self.rate_coast / self.rate2, 1.0 / self.rate2))
-    }
-
-    /// Sum of squares in rad^2 about `coast_s` times the rate.
-    pub fn squares_rad2(&self, coast_s: f32) -> f32 {
-        (self.coast2 - 2.0 * coast_s * self.rate_coast + coast_s * coast_s * self.rate2).max(0.0)
-    }
 }
 
 /// What a cruise did.
@@ -171,18 +135,6 @@ const STILL_PART: f32 = 0.02;
 mod tests {
     use super::*;
     use crate::response_map::ResponseMap;
-
-    /// Coasts of 2 and 5 rad after 1 and 2 rad/s: 12 / 5 s, and squares of 0.16 and 0.04.
-    #[test]
-    fn exact_least_squares_of_the_coast() {
-        let mut coasts = Coasts::default();
-        assert_eq!(coasts.per_rate_s(), None);
-        coasts.add(1.0, 2.0);
-        coasts.add(2.0, 5.0);
-        let (coast_s, per) = coasts.per_rate_s().unwrap();
-        assert!((coast_s - 2.4).abs() < 1e-6 && (per - 0.2).abs() < 1e-6 && coasts.count() == 2);
-        assert!((coasts.squares_rad2(coast_s) - 0.2).abs() < 1e-5);
-    }
 
     /// In units of the row: the weakest cruise of mode C in 2 s. Its turn is 0.0516 rad, 3.2 standard deviations are
     /// 3.2 mrad.

@@ -4,6 +4,7 @@
 use heapless::Vec;
 use motor_model::{DriveMode, OutOfBounds};
 
+use super::coasts::Coast;
 use super::resonance::{SWEEP_POINTS_MAX, SweepPoint};
 use crate::map_correction::LearntFactors;
 
@@ -120,10 +121,8 @@ pub enum Response {
         /// In the order of time. Fewer than [`WINDOWS`] are those before the estimate was lost: the coast is then none,
         /// and all else 0.
         windows: Vec<TurnWindow, WINDOWS>,
-        /// Rate at the cut in rad/s, in the direction of the mode.
-        rate_rad_s: f32,
-        /// Turn in rad from the cut until rest, in the direction of the mode.
-        coast_rad: f32,
+        /// From the cut until rest.
+        coast: Coast,
         /// Time in s from the cut until the estimate no longer says that the rotor moves.
         to_rest_s: f32,
     },

@@ -17,6 +17,7 @@ use estimator::{Estimate, Health, Instruments, LdvSample, Reason, ResonanceOffse
 use heapless::Vec;
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
+use super::coasts::Coast;
 use super::experiment::{Experiment, Response, TurnWindow, WINDOWS};
 use super::result::CommissioningEnd;
 use super::run_out::{Pending, Resting, Train};
@@ -263,8 +264,7 @@ impl Experimenter {
             if !self.windows.is_empty() {
                 self.lost = 0;
                 let windows = self.windows.clone();
-                self.response =
-                    Some(Response::Cruise { windows, rate_rad_s: 0.0, coast_rad: 0.0, to_rest_s: 0.0 });
+                self.response = Some(Response::Cruise { windows, coast: Coast::default(), to_rest_s: 0.0 });
             }
         }
         if self.is_blind_too_long(now) || self.lost > LOST_MAX {
@@ -388,9 +388,7 @@ impl Experimenter {
             run.window = Some(start);
         }
         self.stage = if self.windows.is_full() {
-            let rate_rad_s = run.along * estimate.rate_rad_s;
-            let pending = Pending::Coast { along: run.along, cut: estimate.angle, rate_rad_s };
-            Stage::Resting(Resting::new(pending, now))
+            Stage::Resting(Resting::new(Pending::Coast { along: run.along, cut: *estimate }, now))
         } else {
             Stage::Cruising(run)
         };
@@ -415,16 +413,16 @@ impl Experimenter {
                 self.response = match windows {
                     Ok(windows) if window.turned_rad * window.turned_rad < limit_rad2 => {
                         self.lost = 0;
-                        Some(Response::Cruise { windows, rate_rad_s: 0.0, coast_rad: 0.0, to_rest_s: 0.0 })
+                        Some(Response::Cruise { windows, coast: Coast::default(), to_rest_s: 0.0 })
                     }
                     _ => Some(Response::Lost),
                 };
             }
-            Pending::Coast { along, cut, rate_rad_s } => {
-                let coast_rad = along * estimate.angle.radians_since::<f32>(cut);
+            Pending::Coast { along, cut } => {
+                let coast = Coast::between(along, &cut, estimate);
                 let windows = self.windows.clone();
                 self.lost = 0;
-                self.response = Some(Response::Cruise { windows, rate_rad_s, coast_rad, to_rest_s });
+                self.response = Some(Response::Cruise { windows, coast, to_rest_s });
             }
             Pending::Turn(train) => {
                 self.lost = 0;

@@ -123,8 +123,9 @@ impl Measured<'_> {
     }
 
     pub(super) fn coast_row(&self, index: usize, cruise: &Cruise) -> RowMeasured {
-        let measured = self.evidence.cruise(index).coasts.per_rate_s().and_then(|(coast_s, per)| {
-            let coast_rad2 = cruise.coast_sd_rad * cruise.coast_sd_rad;
+        let coasts = self.evidence.cruise(index).coasts;
+        let measured = coasts.per_rate_s().and_then(|(coast_s, per)| {
+            let coast_rad2 = cruise.coast_sd_rad * cruise.coast_sd_rad + coasts.noise_rad2();
             let relative = 1.0 / cruise.coast_s;
             relative.is_finite().then_some(Normal {
                 mean: coast_s * relative,
@@ -200,6 +201,10 @@ impl MapFactors {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::commissioning::coasts::Coast;
+    use crate::commissioning::row_factors::SHAPE_FALSE;
+    use rand_core::SeedableRng as _;
+    use rand_distr::{Distribution as _, StandardNormal};
 
     /// Over motors a row spreads as the map says, and by the shape: a part is common to its table, the rest its own.
     #[test]
@@ -229,5 +234,69 @@ mod tests {
         let variance =
             Measured { map, evidence: &evidence }.rate_row(index, cruise).measured.unwrap().variance;
         assert!((variance / (WINDOW_RIPPLE / 4.0) - 1.0).abs() < 1e-4, "{variance}");
+    }
+
+    /// The coasts of a motor of the prior: two runs of three cruises of `mode`, under a camera whose last frame is
+    /// `age_s` old at the cut. Since then the rate is predicted, with a standard deviation of `sigma_rad_s`.
+    fn drawn_coasts(
+        mode: DriveMode,
+        (age_s, sigma_rad_s): (f32, f32),
+        mut normal: impl FnMut() -> f32,
+    ) -> (f32, CommissioningEvidence) {
+        let mut evidence = CommissioningEvidence::default();
+        let factor = 1.0 + math::sqrt_f32(COAST_SPREAD) * normal();
+        let drives = [0.5_f32, 0.7, 1.0];
+        let is_driven = |cruise: &Cruise| drives.iter().any(|at| (cruise.amplitude - at).abs() < 1e-3);
+        let of_mode = |(_, cruise): &(usize, &Cruise)| cruise.mode == mode && is_driven(cruise);
+        for (index, cruise) in ResponseMap::table_1().cruises().iter().enumerate().filter(of_mode) {
+            // The rows of a motor of short coasts differ by less, as the factors have it.
+            let own = factor.clamp(0.1, 1.0) * math::sqrt_f32(COAST_SHAPE) * normal();
+            let coast_s = cruise.coast_s * (factor + own);
+            let rate_rad_s = direction(mode) * cruise.rate_rad_s;
+            for _ in 0..2 {
+                let error_rad_s = sigma_rad_s * normal();
+                let true_rad = coast_s * (rate_rad_s - error_rad_s) + cruise.coast_sd_rad * normal();
+                let coast = Coast {
+                    rate_rad_s,
+                    rate_rad2_s2: sigma_rad_s * sigma_rad_s,
+                    turned_rad: true_rad - age_s * error_rad_s,
+                    turned_rad2: age_s * age_s * sigma_rad_s * sigma_rad_s,
+                    turned_rate_rad2_s: -age_s * sigma_rad_s * sigma_rad_s,
+                };
+                let coasts = &mut evidence.cruise_mut(index).unwrap().coasts;
+                coasts.add(coast.rate_rad_s, coast.turned_rad, coast.noise_rad2(cruise.coast_s));
+            }
+        }
+        (factor, evidence)
+    }
+
+    /// Motors of the prior, whose coasts are shown by the default camera and by slow ones, of 200 and 30 frames a
+    /// second: no more than [`SHAPE_FALSE`] of them are told to be of another shape, and the factor lies as close to
+    /// theirs as its variance says. Both within four standard deviations of what a thousand motors show by chance.
+    #[test]
+    fn law_the_error_of_the_camera_makes_no_other_motor() {
+        let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(1);
+        let motors = 1000_u16;
+        // The rate fluctuates by this much about its mean; a frame tells it, and it is forgotten within 12 or 2 ms.
+        for (mode, sigma_rad_s) in [(DriveMode::B, 4.4), (DriveMode::C, 0.54)] {
+            for (age_s, unknown) in [(1e-4, 0.01), (5e-3, 0.7), (4e-2, 1.0)] {
+                let (mut others, mut squares) = (0_u16, 0.0);
+                for _ in 0..motors {
+                    let camera = (age_s, unknown * sigma_rad_s);
+                    let (factor, evidence) =
+                        drawn_coasts(mode, camera, || StandardNormal.sample(&mut random));
+                    let found = Measured { map: ResponseMap::table_1(), evidence: &evidence }.factors();
+                    others += u16::from(found.coasts(mode).has_other_shape());
+                    let Normal { mean, variance } = found.coasts(mode).common();
+                    squares += (mean - factor) * (mean - factor) / variance;
+                }
+                let motors = f32::from(motors);
+                let most = SHAPE_FALSE * motors + 4.0 * math::sqrt_f32(SHAPE_FALSE * motors);
+                assert!(f32::from(others) < most, "{mode:?} {age_s}: {others} of {motors}");
+                let per_motor = squares / motors;
+                let most = 1.0 + 4.0 * math::sqrt_f32(2.0 / motors);
+                assert!(per_motor < most, "{mode:?} {age_s}: {per_motor}");
+            }
+        }
     }
 }

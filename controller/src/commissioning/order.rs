@@ -222,7 +222,7 @@ impl Known<'_> {
                     }
                     let rate_rad_s = direction(cruise.mode) * cruise.rate_rad_s * windows.mean();
                     if let Some((coast_s, _)) = found.coasts.per_rate_s() {
-                        found.coasts.add(rate_rad_s, coast_s * rate_rad_s);
+                        found.coasts.add(rate_rad_s, coast_s * rate_rad_s, found.coasts.noise_rad2());
                     }
                 }
             }
@@ -279,7 +279,7 @@ mod tests {
                     }
                     let found = evidence.cruise_mut(index).unwrap();
                     found.runs += 1;
-                    found.coasts.add(rate_rad_s, rate_rad_s * cruise.coast_s);
+                    found.coasts.add(rate_rad_s, rate_rad_s * cruise.coast_s, 1e-9);
                 }
                 MapRow::Burst(family, index) => {
                     let found = evidence.burst_mut(family, index).unwrap();

@@ -36,7 +36,7 @@ use super::quantiles;
 /// Standard deviations beyond which a table's level is not that of the prior's motors: one normal motor in 1,000.
 const LEVEL_SIGMAS: f32 = 3.3;
 /// Probability with which the shape of a motor like the prior's is told to be wrong.
-const SHAPE_FALSE: f32 = 0.01;
+pub(super) const SHAPE_FALSE: f32 = 0.01;
 
 /// Least part of the prior's own deviations: a motor of a tenth of the prior's rate. An assumption.
 const SCALE_MIN: f32 = 0.01;

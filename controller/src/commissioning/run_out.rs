@@ -77,8 +77,7 @@ pub(super) enum Pending {
     /// The coast of a cruise, from the cut.
     Coast {
         along: f32,
-        cut: Angle,
-        rate_rad_s: f32,
+        cut: Estimate<f32>,
     },
     /// The turn of a train.
     Turn(Train),
@@ -117,7 +116,7 @@ impl Resting {
     fn turned_rad(&self, estimate: &Estimate<f32>) -> f32 {
         match &self.pending {
             Pending::Nothing | Pending::Lost { .. } => f32::INFINITY,
-            Pending::Coast { cut, .. } => estimate.angle.radians_since(*cut),
+            Pending::Coast { cut, .. } => estimate.angle.radians_since(cut.angle),
             Pending::Turn(train) => estimate.angle.radians_since(train.from),
         }
     }

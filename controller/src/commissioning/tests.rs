@@ -2,6 +2,9 @@
 
 extern crate std;
 
+mod coast;
+
+use super::coasts::Coast;
 use super::*;
 use crate::response_map::{Family, direction};
 use estimator::{Estimate, Health};
@@ -347,7 +350,7 @@ fn exact_what_is_lost_is_counted() {
     let Some(Experiment::Cruise { mode, .. }) = commissioning.next(map) else { panic!("a cruise is first") };
     let window = TurnWindow { turned_rad: 0.75, turned_rad2: 1e-8, time_s: 0.05 };
     let windows = Vec::from_slice(&[window; 3]).unwrap();
-    let cut = Response::Cruise { windows, rate_rad_s: 0.0, coast_rad: 0.0, to_rest_s: 0.0 };
+    let cut = Response::Cruise { windows, coast: Coast::default(), to_rest_s: 0.0 };
     commissioning.take(map, &cut);
     let found = commissioning.evidence().cruise(7);
     assert_eq!((found.runs, found.lost, found.windows.count()), (1, 1, 3));

@@ -256,8 +256,7 @@ fn experiment_messages() -> [BoardMessage; 7] {
         response(ShownRecord::Sweep([[-25.0, 1e-6, 0.25]; 16].into_iter().collect())),
         response(ShownRecord::Cruise {
             windows: [[0.5, 1e-9, 0.05]; 8].into_iter().collect(),
-            rate_rad_s: 16.0,
-            coast_rad: 0.125,
+            coast: [16.0, 1e-3, 0.125, 1e-8, -1e-6],
             to_rest_s: 0.03,
         }),
         response(ShownRecord::Train {
