@@ -195,25 +195,30 @@ fn turn_scale(measured: &Measured<'_>, factors: &MapFactors, family: Family) -> 
     spread_scale(squares, freedom)
 }
 
-/// Scale of the spread of the coasts of `mode`. Squares tell of the spread as far as it, and not the measurement, makes
-/// them: with a part `p` of their variance they have `p^2` of the information.
+/// Scale of the spread of the coasts of `mode`. It grows where they lie apart by more than spread and measurement make.
+/// It shrinks as far as the spread, and not the measurement, makes their squares: with a part `p` of their variance
+/// they have `p^2` of the information.
 fn coast_scale(measured: &Measured<'_>, factors: &MapFactors, mode: DriveMode) -> f32 {
     let rows = measured.map.cruises().iter().enumerate().filter(|(_, cruise)| cruise.mode == mode);
-    let (squares, count) = rows.fold((0.0, 0.0), |(squares, count), (index, cruise)| {
-        let coasts = measured.evidence.cruise(index).coasts;
-        let slower = factors.rates(mode).row(&measured.rate_row(index, cruise)).mean.clamp(0.0, 1.0);
-        let factor = factors.coasts(mode).row(&measured.coast_row(index, cruise)).mean.max(0.0);
-        let own_rad2 = cruise.coast_sd_rad * cruise.coast_sd_rad * slower * slower;
-        if own_rad2 <= 0.0 {
-            return (squares, count);
-        }
-        let expected_rad2 = own_rad2 + coasts.noise_rad2();
-        let part = own_rad2 / expected_rad2;
-        let own = coasts.squares_rad2(cruise.coast_s * factor) / expected_rad2;
-        (squares + part * part * own, count + part * part * f32::from(coasts.count()))
-    });
-    // One degree of freedom has gone into the common factor.
-    spread_scale(squares, count - 1.0)
+    let scale = |information: fn(f32) -> f32| {
+        let (squares, count) = rows.clone().fold((0.0, 0.0), |(squares, count), (index, cruise)| {
+            let coasts = measured.evidence.cruise(index).coasts;
+            let slower = factors.rates(mode).row(&measured.rate_row(index, cruise)).mean.clamp(0.0, 1.0);
+            let factor = factors.coasts(mode).row(&measured.coast_row(index, cruise)).mean.max(0.0);
+            let own_rad2 = cruise.coast_sd_rad * cruise.coast_sd_rad * slower * slower;
+            if own_rad2 <= 0.0 {
+                return (squares, count);
+            }
+            let expected_rad2 = own_rad2 + coasts.noise_rad2();
+            let weight = information(own_rad2 / expected_rad2);
+            let own = coasts.squares_rad2(cruise.coast_s * factor) / expected_rad2;
+            (squares + weight * own, count + weight * f32::from(coasts.count()))
+        });
+        // One degree of freedom has gone into the common factor.
+        spread_scale(squares, count - 1.0)
+    };
+    let all = scale(|_| 1.0);
+    if all < 1.0 { scale(|part| part * part) } else { all }
 }
 
 #[cfg(test)]
@@ -328,7 +333,7 @@ mod tests {
         assert!((strongest.rate_rad_s - 3.0).abs() < 0.2, "{strongest:?}");
     }
 
-    /// Coasts that lie apart by ten times the spread of the map, or not at all, where the camera's error is of that
+    /// Coasts that lie apart by nine times the spread of the map, or not at all, where the camera's error is of that
     /// size: they tell nothing of the motor's spread. Where the camera is exact, the one grows it and the other
     /// shrinks it.
     #[test]
@@ -345,9 +350,10 @@ mod tests {
             let measured = Measured { map: map(), evidence: &evidence };
             coast_scale(&measured, &measured.factors(), DriveMode::B)
         };
-        for apart in [0.0, 10.0] {
+        for apart in [0.0, 9.0] {
             assert!((scale(apart, 10.0) - 1.0).abs() < f32::EPSILON, "{apart}");
         }
+        assert!(scale(50.0, 10.0) > 3.0, "more than the camera explains");
         assert!(scale(10.0, 0.0) > 5.0 && scale(0.1, 0.0) < 0.8);
     }
 
