@@ -14,6 +14,7 @@
 
 use motor_model::{DriveMode, math};
 
+use super::coasts::{CoastScatter, scatter_scale};
 use super::evidence::CommissioningEvidence;
 use super::findings::Findings;
 use super::map_factors::{MapFactors, Measured, rate_spread, turn_spread};
@@ -195,30 +196,21 @@ fn turn_scale(measured: &Measured<'_>, factors: &MapFactors, family: Family) -> 
     spread_scale(squares, freedom)
 }
 
-/// Scale of the spread of the coasts of `mode`. It grows where they lie apart by more than spread and measurement make.
-/// It shrinks as far as the spread, and not the measurement, makes their squares: with a part `p` of their variance
-/// they have `p^2` of the information.
+/// Scale of the spread of the coasts of `mode`: see [`super::coasts`].
 fn coast_scale(measured: &Measured<'_>, factors: &MapFactors, mode: DriveMode) -> f32 {
     let rows = measured.map.cruises().iter().enumerate().filter(|(_, cruise)| cruise.mode == mode);
-    let scale = |information: fn(f32) -> f32| {
-        let (squares, count) = rows.clone().fold((0.0, 0.0), |(squares, count), (index, cruise)| {
-            let coasts = measured.evidence.cruise(index).coasts;
-            let slower = factors.rates(mode).row(&measured.rate_row(index, cruise)).mean.clamp(0.0, 1.0);
-            let factor = factors.coasts(mode).row(&measured.coast_row(index, cruise)).mean.max(0.0);
-            let own_rad2 = cruise.coast_sd_rad * cruise.coast_sd_rad * slower * slower;
-            if own_rad2 <= 0.0 {
-                return (squares, count);
-            }
-            let expected_rad2 = own_rad2 + coasts.noise_rad2();
-            let weight = information(own_rad2 / expected_rad2);
-            let own = coasts.squares_rad2(cruise.coast_s * factor) / expected_rad2;
-            (squares + weight * own, count + weight * f32::from(coasts.count()))
-        });
-        // One degree of freedom has gone into the common factor.
-        spread_scale(squares, count - 1.0)
-    };
-    let all = scale(|_| 1.0);
-    if all < 1.0 { scale(|part| part * part) } else { all }
+    let scatters = rows.map(|(index, cruise)| {
+        let coasts = measured.evidence.cruise(index).coasts;
+        let slower = factors.rates(mode).row(&measured.rate_row(index, cruise)).mean.clamp(0.0, 1.0);
+        let factor = factors.coasts(mode).row(&measured.coast_row(index, cruise)).mean.max(0.0);
+        CoastScatter {
+            own_rad2: cruise.coast_sd_rad * cruise.coast_sd_rad * slower * slower,
+            noise_rad2: coasts.noise_rad2(),
+            squares_rad2: coasts.squares_rad2(cruise.coast_s * factor),
+            count: f32::from(coasts.count()),
+        }
+    });
+    scatter_scale(&scatters.filter(|row| row.own_rad2 > 0.0 && row.count > 0.0).collect())
 }
 
 #[cfg(test)]
@@ -333,16 +325,15 @@ mod tests {
         assert!((strongest.rate_rad_s - 3.0).abs() < 0.2, "{strongest:?}");
     }
 
-    /// Coasts that lie apart by nine times the spread of the map, or not at all, where the camera's error is of that
-    /// size: they tell nothing of the motor's spread. Where the camera is exact, the one grows it and the other
-    /// shrinks it.
+    /// The camera's error of a coast counts in the scale of the spread: coasts that lie apart by ten times the spread
+    /// of the map grow it where the camera is exact, and do not where its error is of that size.
     #[test]
     fn exact_the_scatter_of_the_camera_is_no_spread_of_the_motor() {
         let (index, cruise) = (7, &map().cruises()[7]);
-        let scale = |apart: f32, noise: f32| {
+        let scale = |noise: f32| {
             let mut evidence = CommissioningEvidence::default();
             for run in 0..8 {
-                let off_rad = apart * cruise.coast_sd_rad * if run % 2 == 0 { 1.0 } else { -1.0 };
+                let off_rad = 10.0 * cruise.coast_sd_rad * if run % 2 == 0 { 1.0 } else { -1.0 };
                 let coast_rad = cruise.coast_s * cruise.rate_rad_s + off_rad;
                 let noise_rad2 = (noise * cruise.coast_sd_rad).powi(2);
                 evidence.cruise_mut(index).unwrap().coasts.add(cruise.rate_rad_s, coast_rad, noise_rad2);
@@ -350,11 +341,7 @@ mod tests {
             let measured = Measured { map: map(), evidence: &evidence };
             coast_scale(&measured, &measured.factors(), DriveMode::B)
         };
-        for apart in [0.0, 9.0] {
-            assert!((scale(apart, 10.0) - 1.0).abs() < f32::EPSILON, "{apart}");
-        }
-        assert!(scale(50.0, 10.0) > 3.0, "more than the camera explains");
-        assert!(scale(10.0, 0.0) > 5.0 && scale(0.1, 0.0) < 0.8);
+        assert!(scale(0.0) > 5.0 && scale(10.0) < 1.1, "{} {}", scale(0.0), scale(10.0));
     }
 
     /// Spreads grow with what was seen and shrink only as far as the number of repeats supports: of 3 degrees of
