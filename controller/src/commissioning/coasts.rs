@@ -23,7 +23,6 @@
 //! - The filter's rate is the mean of the true one given the frames. The error is then independent of the estimate, and
 //!   least squares on the estimated rates are without bias.
 //! - Errors of different runs are independent: there are some correlation times of the rate between two cuts.
-
 //!
 //! # Spread of the motor
 //!
