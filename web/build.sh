@@ -66,7 +66,8 @@ if [[ ! $loaded/web.js -nt $module || $bindgen -nt $loaded/web.js ]]; then
     mkdir -p "$loaded/optimised"
     # Before wasm-bindgen, which adds tables of JavaScript's values: Debian's binaryen writes those in an old format.
     if command -v wasm-opt >/dev/null; then
-        wasm-opt -Os --enable-simd --enable-bulk-memory --enable-sign-ext --enable-mutable-globals \
+        # The first kilobyte of memory is the end of the stack, 1 MB below its begin: nothing lies there.
+        wasm-opt -Os --low-memory-unused --enable-simd --enable-bulk-memory --enable-sign-ext --enable-mutable-globals \
             --enable-nontrapping-float-to-int --enable-reference-types --enable-multivalue \
             "$module" -o "$loaded/optimised/web.wasm"
         module=$loaded/optimised/web.wasm
