@@ -35,24 +35,26 @@ pub enum AnyFilter<T: Real = f32> {
 }
 
 impl<T: Real> AnyFilter<T> {
-    /// The filter of a scene.
+    /// The filter of a scene's loop. It is told by how much the board's interrupts, and with them the drive, are late at
+    /// most.
     ///
     /// # Errors
     /// When the model refuses the motor.
     pub fn of(scene: &Scene) -> Result<Self, OutOfBounds> {
-        Self::named(chosen(scene), scene)
+        let late_s = scene.number(late_interrupts::KEY);
+        Self::of_drive(chosen(scene), &scene.motor_params(), &assumed(scene), late_s)
     }
 
     /// The filter of this name, the simplest for any other word: for the design of the motor and the instruments that
-    /// `scene` describes, and told by how much the board's interrupts are late at most.
+    /// `scene` describes, and a drive that acts on time.
     ///
     /// # Errors
     /// When the model refuses the motor.
     pub fn named(name: &str, scene: &Scene) -> Result<Self, OutOfBounds> {
-        Self::of_drive(name, &scene.motor_params(), &assumed(scene), scene.number(late_interrupts::KEY))
+        Self::new(name, &scene.motor_params(), &assumed(scene))
     }
 
-    /// The same for a motor of `design` under `instruments`, whose drive acts on time.
+    /// The same for a motor of `design` under `instruments`.
     ///
     /// # Errors
     /// When the model refuses the motor.
