@@ -35,8 +35,8 @@ pub enum AnyFilter<T: Real = f32> {
 }
 
 impl<T: Real> AnyFilter<T> {
-    /// The filter of a scene's loop. It is told by how much the board's interrupts, and with them the drive, are late at
-    /// most.
+    /// The filter of a scene's loop. It is told by how much the board's interrupts, and with them the drive, are late
+    /// at most.
     ///
     /// # Errors
     /// When the model refuses the motor.
