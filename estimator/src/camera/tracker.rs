@@ -6,6 +6,7 @@
 //!   camera stuck, same code ........................... refused: Stuck
 //!   newer than all frames: process_newest
 //!       the turn is lost .............................. restart, turn unknown
+//!       a quiet rotor is beyond where it slides to .... restart, turn unknown
 //!       within the gate: accept ....................... used; at rest refused: Repeated, or restart: moved
 //!           equal codes of a driven rotor ............. refused: Stuck
 //!       beyond the gate: explain_or_refuse
@@ -277,20 +278,23 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         ));
         let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
         // Written so that NaN and a variance that has overflowed fail both. A rotor that was quiet since the last frame
-        // has not turned round, however little is known of its rate.
+        // has not turned round, however little is known of its rate, unless it is beyond where it slides to.
         let turn_known = variance_rad2
             <= T::from_f64(if quiet { f64::from(f32::MAX) } else { Reference::<T, B>::LOST_RAD2 });
         let near = normalised <= T::from_f64(Self::GATE_AFTER_REFUSAL);
         let trusted = near || quiet || track.refusals == 0 || track.nis <= T::from_f64(Self::NIS_DOUBTED);
         let plausible = normalised <= self.tuning.gate && trusted;
         let innovation = (innovation_rad, variance_rad2);
-        if !turn_known {
+        let known = turn_known && !(quiet && plausible && self.has_strayed(frame, variance_rad2));
+        if !known {
             // The first frame's turn is zero by definition.
             self.reference.turn_known &= !self.reference.begun;
             self.begin(frame, predicted)
         } else if !plausible {
             self.explain_or_refuse(innovation, predicted, quiet, process)
-        } else if track.refusals >= Self::REFUSALS_SUSTAINED && self.has_jumped(Self::JUMP_FRAMES, process) {
+        } else if self.newest.track.refusals >= Self::REFUSALS_SUSTAINED
+            && self.has_jumped(Self::JUMP_FRAMES, process)
+        {
             self.restart_unexplained(predicted, process)
         } else {
             let used = self.accept(innovation, normalised, quiet);

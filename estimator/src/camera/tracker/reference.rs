@@ -7,6 +7,7 @@
 //! | restart | the reference |
 //! |---|---|
 //! | the turn is lost: a driven rotor was not seen for long | the angle is right but for whole turns, for good |
+//! | a quiet rotor was not seen for long, and is beyond where it slides to | is doubtful: the turn is not known |
 //! | the frames since the last one used do not agree among themselves: they scatter | is kept |
 //! | they show its rotor elsewhere, and moving as before | is lost; the track before goes on, as the trusted one |
 //! | they go on from its angle: the rotor was jolted, once and by any rate, or kicked before every frame | is kept |
@@ -16,6 +17,12 @@
 //!
 //! The trusted track finds a lost reference as long as it is certain to three degrees: of all places one in ten is then
 //! within its gate.
+//!
+//! # A gap while the rotor is quiet
+//!
+//! Friction stops a quiet rotor, but the variance of its angle grows on: after a gap of 0.1 s any frame is within the
+//! gate. So such a frame has to be where a rotor slides to that stops within 25 ms. If it is not, the camera shows
+//! another feature, or the rotor was jolted and may have turned round. A rotor that is where it was keeps its turn.
 //!
 //! # Doubt
 //!
@@ -27,8 +34,9 @@
 //! the trusted track end the doubt at once.
 //!
 //! Limits: a jump within the gate of a frame, six standard deviations, or within what kicks turn between two frames is
-//! taken for a motion. Kicks turn the rotor by some hundredths of a degree between two of 10,000 frames a second, and
-//! by two degrees or three between two of 500. So do jolts that friction ends between two of these.
+//! taken for a motion, and so is a jump within what a quiet rotor may slide by while it is not seen. Kicks turn the
+//! rotor by some hundredths of a degree between two of 10,000 frames a second, and by two degrees or three between two
+//! of 500. So do jolts that friction ends between two of these.
 
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 
@@ -85,6 +93,33 @@ impl<T: Real, B: TrackCovariance<T>> Reference<T, B> {
 }
 
 impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
+    /// Time in which friction stops a quiet rotor, in s: it slides by less than its rate times that, from 25 rad/s also
+    /// with half the nominal friction.
+    const STOPPING_S: f64 = 0.025;
+
+    /// Whether a quiet rotor that `frame` shows, with an innovation of `variance_rad2`, is further from where the track
+    /// was before it than friction lets it slide: beyond six standard deviations of where it may have stopped. Never
+    /// where the prediction is certain to three degrees.
+    pub(super) fn has_strayed(&self, frame: &CameraFrame, variance_rad2: T) -> bool {
+        variance_rad2 > T::from_f64(Reference::<T, B>::TRUSTED_RAD2) && self.is_beyond_sliding(frame)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn is_beyond_sliding(&self, frame: &CameraFrame) -> bool {
+        let Some(State { angle, rate_rad_s, covariance, .. }) =
+            self.older.back().map(|before| &before.track.state)
+        else {
+            return false;
+        };
+        let stopping_s = T::from_f64(Self::STOPPING_S);
+        let turned_rad: T = frame.angle.minus(angle.angle()).wrapped().radians_since(Angle::ZERO);
+        let beyond_rad = turned_rad.abs() - rate_rad_s.abs() * stopping_s;
+        let [angle_rad2, ..] = covariance.moments_after(stopping_s);
+        let variance_rad2 = angle_rad2 + self.tuning.frame_rad2(frame, *rate_rad_s, true);
+        beyond_rad > T::zero() && beyond_rad * beyond_rad > self.tuning.gate * variance_rad2
+    }
+
     /// Time in which kicks turn a driven rotor by less than the gate of a frame, in ns: two impacts, and a tenth of a
     /// degree.
     const UNKICKED_NANOS: u64 = 300_000;

@@ -210,6 +210,33 @@ fn exact_a_camera_that_is_pushed_loses_the_reference_and_a_kicked_rotor_keeps_it
     }
 }
 
+/// A rotor of 5 rad/s comes to lie quiet, and is not seen for half a second, after which no place is beyond the gate.
+/// Friction stops it after 0.7 degrees, or 1.4 with half the nominal friction: there it has not turned round. Its rate
+/// and six standard deviations of that, of 1 rad/s, lead it 16 degrees further in 25 ms: beyond that the camera follows
+/// another feature.
+#[test]
+fn exact_a_quiet_rotor_does_not_slide_far_while_it_is_not_seen() {
+    let (last, seen_again) = (100, 5_100);
+    for (slid_deg, expected) in [
+        (0.0, Health::Good),
+        (0.7, Health::Good),
+        (1.4, Health::Good),
+        (20.0, Health::Degraded(Reason::TurnUnknown)),
+        (43.3, Health::Degraded(Reason::TurnUnknown)),
+        (-43.3, Health::Degraded(Reason::TurnUnknown)),
+        (180.0, Health::Degraded(Reason::TurnUnknown)),
+    ] {
+        let mut tracker = tracking();
+        let place_rad = truth(last) + f64::to_radians(slid_deg);
+        let sd_rad = math::sqrt(tracker.tuning.camera_rad2);
+        (seen_again..seen_again + 200).for_each(|n| {
+            let noise_rad = sd_rad * [0.5, -0.7, 0.2, 0.9, -0.9][n as usize % 5];
+            see(&mut tracker, n, place_rad + noise_rad, true);
+        });
+        assert_eq!(health(&tracker, seen_again + 200), expected, "{slid_deg}");
+    }
+}
+
 /// Angle in turns from the truth, and health, after `garbled` frames of which 13 % show the rotor and the others
 /// anything, and three hundred right ones.
 fn after_garbage(seed: u64, garbled: u64) -> (f64, Health) {
