@@ -189,7 +189,7 @@ impl<T: Real> RandomWalk<'_, T> {
             );
             let until = until.min(piece.until);
             let step_nanos = third_nanos.max(until.nanos_since(state.at) / STEPS_MAX);
-            let intensity_rad2_s3 = self.tuning.intensity_rad2_s3(piece.motion, false);
+            let intensity_rad2_s3 = self.tuning.intensity_rad2_s3(piece.motion, piece.rested);
             while until > state.at {
                 let next = until.min(state.at.plus_nanos(step_nanos));
                 // The mean of the mode before, of the next one, or between them: not known to some ten rad/s.
@@ -209,8 +209,8 @@ impl<T: Real> RandomWalk<'_, T> {
 
 impl<T: Real> Wander<T> for RandomWalk<'_, T> {
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
-        let MotionPiece { motion, until, .. } = self.motions.piece(at);
-        Wandering { intensity_rad2_s3: self.tuning.intensity_rad2_s3(motion, resting), until }
+        let MotionPiece { motion, rested, until, .. } = self.motions.piece(at);
+        Wandering { intensity_rad2_s3: self.tuning.intensity_rad2_s3(motion, resting || rested), until }
     }
 
     /// Unless the rate returns to a mean.
@@ -283,7 +283,7 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
         let (motion, disputed) = (motions.throughout(from), self.watch.disputes_quiet(clock));
         let context = FrameContext { clock, quiet: motion == Motion::Quiet, disputed };
         let innovation = self.tracker.update(frame, context, &process);
-        self.watch.note_rest(self.tracker.is_resting(), clock);
+        self.watch.note_rest(self.tracker.is_resting(), self.tracker.newest_at(), clock);
         if self.random_walk.returns_to_mean {
             let settled_at = self.watch.motions(clock).piece(clock).begun.plus_nanos(TRANSITION_NANOS);
             self.mean_rates.note_frame(&innovation, self.watch.applied.mode(), settled_at);

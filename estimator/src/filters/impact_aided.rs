@@ -343,7 +343,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         let innovation = self.tracker.update(frame, context, &process);
         let contradicted = self.tracker.take_contradiction();
         self.review_kick_use(clock, contradicted);
-        self.watch.note_rest(self.tracker.is_resting(), clock);
+        self.watch.note_rest(self.tracker.is_resting(), self.tracker.newest_at(), clock);
         if self.watch.noise_m_s() != self.tuning.detector.noise_m_s {
             self.use_learnt_noise();
         }

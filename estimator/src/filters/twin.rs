@@ -328,7 +328,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         if let Some((square, share)) = self.tracker.take_neighbours().filter(|_| !self.kick_use.taken) {
             self.walk.learn(motion, square, share);
         }
-        self.watch.note_rest(self.tracker.is_resting(), clock);
+        self.watch.note_rest(self.tracker.is_resting(), self.tracker.newest_at(), clock);
         if self.watch.noise_m_s() != self.tuning.detector.noise_m_s {
             self.use_learnt_noise();
         }

@@ -77,6 +77,8 @@ pub(crate) struct MotionWatch<T> {
     changed_at: Time,
     /// The motion until then.
     history: MotionHistory,
+    /// Since when the frames show that the rotor rests; never while they do not.
+    rested_since: Time,
     /// The drive that is really applied.
     pub(crate) applied: DriveCommand,
     impact_mode: DriveMode,
@@ -109,6 +111,7 @@ impl<T: Real> MotionWatch<T> {
             settled_at: NEVER,
             changed_at: Time::ZERO,
             history: MotionHistory::none(),
+            rested_since: NEVER,
             applied: DriveCommand::OFF,
             impact_mode: DriveMode::B,
             mode_b_until: Time::ZERO,
@@ -140,7 +143,13 @@ impl<T: Real> MotionWatch<T> {
     fn change_mode(&mut self, at: Time, command: DriveCommand) {
         let (now, since) = self.motion_since(at);
         self.history.end(self.history.before, since);
-        self.history.end(now, at);
+        if now == Motion::Quiet && self.rested_since < at {
+            self.history.end(now, self.rested_since);
+            self.history.end_rest(at);
+        } else {
+            self.history.end(now, at);
+        }
+        self.rested_since = NEVER;
         // What mode B left goes on under mode C, and what a drive left goes on without it.
         let without_drive = command.mode().is_none();
         self.history.before = Motion::Impacted(if without_drive { self.impact_mode } else { DriveMode::B });
@@ -149,6 +158,8 @@ impl<T: Real> MotionWatch<T> {
             self.mode_b_until = at.plus_nanos(Self::MODE_B_NANOS);
         }
         self.calibration.interrupt();
+        // The next frame that shows the end of the rest may come long after it.
+        self.calibration.note_rest(false, at);
     }
 
     /// What has moved the rotor until `now`.
@@ -157,9 +168,12 @@ impl<T: Real> MotionWatch<T> {
         Motions { history: &self.history, now, since }
     }
 
-    /// Whether the rotor rests at `now`, by the camera: then bias and noise of the vibrometer are learnt.
-    pub(crate) fn note_rest(&mut self, resting: bool, now: Time) {
-        self.calibration.note_rest(resting && self.applied.mode().is_none(), now);
+    /// Whether the rotor rests at `now`, by the camera's frames up to that of `exposed_at`: then bias and noise of the
+    /// vibrometer are learnt.
+    pub(crate) fn note_rest(&mut self, resting: bool, exposed_at: Time, now: Time) {
+        let resting = resting && self.applied.mode().is_none();
+        self.rested_since = if resting { self.rested_since.min(exposed_at) } else { NEVER };
+        self.calibration.note_rest(resting, now);
     }
 
     /// The sample without the bias that was learnt.
@@ -312,6 +326,25 @@ mod tests {
         for (micros, expected) in [(5000, DriveMode::B), (29_999, DriveMode::B), (30_000, DriveMode::C)] {
             assert_eq!(watch.motion(Time::from_micros(micros)), Motion::Impacted(expected), "{micros}");
         }
+    }
+
+    /// The frames show a rest from 40 ms on, and the drive begins at 100 ms: the rotor rested until then, and the
+    /// samples since are none of a rotor at rest, although no frame has shown the end of it.
+    #[test]
+    fn exact_a_drive_ends_a_rest_at_once() {
+        let mut watch = MotionWatch::<f32>::new(&RestTuning::default());
+        watch.drive(Time::ZERO, DriveCommand::OFF);
+        let (shown, driven) = (Time::from_micros(60_000), Time::from_micros(100_000));
+        for (exposed_us, resting) in [(20_000, false), (40_000, true), (50_000, true)] {
+            watch.note_rest(resting, Time::from_micros(exposed_us), shown);
+        }
+        let learns = |watch: &MotionWatch<f32>, micros| watch.calibration.learns(Time::from_micros(micros));
+        assert!(!learns(&watch, 79_999) && learns(&watch, 80_000));
+        watch.drive(driven, DriveCommand::full(DriveMode::B));
+        assert!(!learns(&watch, 100_001));
+        let motions = watch.motions(Time::from_micros(110_000));
+        let rested = [39_999, 40_000, 99_999, 100_000].map(|us| motions.piece(Time::from_micros(us)).rested);
+        assert_eq!(rested, [false, true, true, false]);
     }
 
     /// Long after the drive a rotor of this design lies quiet. One that still flies, at 24 mm/s, disputes that;

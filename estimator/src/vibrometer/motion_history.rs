@@ -12,7 +12,7 @@
 //! ```
 //!
 //! Pieces end where the drive changes its mode; those of one mode are kept as one. The newest piece lasts until it is
-//! known to have ended.
+//! known to have ended. A rotor that rests when it is driven has rested until then: that piece is no slide.
 
 use motor_model::{DriveMode, Time};
 
@@ -28,6 +28,8 @@ pub(super) const NEVER: Time = Time::from_nanos(u64::MAX);
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MotionPiece {
     pub(crate) motion: Motion,
+    /// Whether the frames showed in it that the rotor rests. The present piece is not known to be one.
+    pub(crate) rested: bool,
     pub(crate) begun: Time,
     /// Its end, which belongs to the next piece.
     pub(crate) until: Time,
@@ -45,26 +47,36 @@ pub(super) struct MotionHistory {
 impl MotionHistory {
     pub(super) const fn none() -> Self {
         let motion = Motion::Impacted(DriveMode::B);
-        let none = MotionPiece { motion, begun: Time::ZERO, until: Time::ZERO };
+        let none = MotionPiece { motion, rested: false, begun: Time::ZERO, until: Time::ZERO };
         Self { ended: [none; ENDED_KEPT], before: motion }
     }
 
     /// Keeps a piece of `motion` that ends at `until`, if there is one between the last end and that.
-    #[cold]
     pub(super) fn end(&mut self, motion: Motion, until: Time) {
+        self.end_piece(motion, false, until);
+    }
+
+    /// Keeps a piece in which the rotor rested.
+    pub(super) fn end_rest(&mut self, until: Time) {
+        self.end_piece(Motion::Quiet, true, until);
+    }
+
+    #[cold]
+    fn end_piece(&mut self, motion: Motion, rested: bool, until: Time) {
         let [oldest, second, .., newest] = &mut self.ended;
         if until <= newest.until {
             return;
         }
-        if newest.motion == motion {
+        if (newest.motion, newest.rested) == (motion, rested) {
             newest.until = until;
             return;
         }
         if oldest.until > Time::ZERO {
             // The oldest two become one.
             (second.motion, second.begun) = (oldest.motion.or_faster(second.motion), oldest.begun);
+            second.rested &= oldest.rested;
         }
-        let ended = MotionPiece { motion, begun: newest.until, until };
+        let ended = MotionPiece { motion, rested, begun: newest.until, until };
         self.ended.copy_within(1.., 0);
         let [.., newest] = &mut self.ended;
         *newest = ended;
@@ -84,7 +96,7 @@ impl Motions<'_> {
     /// The piece that holds the time right after `at`.
     pub(crate) fn piece(&self, at: Time) -> MotionPiece {
         if at >= self.since {
-            MotionPiece { motion: self.now, begun: self.since, until: NEVER }
+            MotionPiece { motion: self.now, rested: false, begun: self.since, until: NEVER }
         } else {
             self.earlier_piece(at)
         }
@@ -93,7 +105,7 @@ impl Motions<'_> {
     #[cold]
     fn earlier_piece(&self, at: Time) -> MotionPiece {
         let MotionHistory { ended: ended @ [.., newest], before } = self.history;
-        let after = MotionPiece { motion: *before, begun: newest.until, until: self.since };
+        let after = MotionPiece { motion: *before, rested: false, begun: newest.until, until: self.since };
         ended.iter().copied().find(|piece| at < piece.until).unwrap_or(after)
     }
 
@@ -155,6 +167,20 @@ mod tests {
         assert_eq!(pieces(&motions, 110, 300), [(quiet, 300)]);
         assert_eq!(motions.throughout(Time::from_nanos(109)), B);
         assert_eq!(motions.throughout(Time::from_nanos(110)), quiet);
+    }
+
+    /// A rotor found quiet at 10 and at rest at 20 is driven at 30: it rested from 20 on, and from 10 to 20 it may have
+    /// slid.
+    #[test]
+    fn exact_a_rest_is_a_piece_of_its_own() {
+        let mut history = MotionHistory::none();
+        history.end(B, Time::from_nanos(10));
+        history.end(Motion::Quiet, Time::from_nanos(20));
+        history.end_rest(Time::from_nanos(30));
+        let motions = motions(&history, B, 30);
+        assert_eq!(pieces(&motions, 0, 40), [(B, 10), (Motion::Quiet, 20), (Motion::Quiet, 30), (B, 40)]);
+        let rested = [5, 15, 25, 35].map(|nanos| motions.piece(Time::from_nanos(nanos)).rested);
+        assert_eq!(rested, [false, false, true, false]);
     }
 
     /// Of more changes than are kept the oldest pieces count as the one that moves the rotor most.

@@ -67,7 +67,7 @@ impl<T: Real> Wander<T> for KickedRate<'_, T> {
     /// While impacts are detected and kicks are taken only the kicks of those that are missed make the rate wander, and
     /// after the newest sample those of the impacts that may come.
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
-        let MotionPiece { motion, mut until, .. } = self.motions.piece(at);
+        let MotionPiece { motion, rested, mut until, .. } = self.motions.piece(at);
         if motion != Motion::Quiet {
             if at < self.taken_since {
                 until = until.min(self.taken_since);
@@ -78,7 +78,7 @@ impl<T: Real> Wander<T> for KickedRate<'_, T> {
             }
         }
         let random_walk = &self.tuning.constant_rate.random_walk;
-        Wandering { intensity_rad2_s3: random_walk.intensity_rad2_s3(motion, resting), until }
+        Wandering { intensity_rad2_s3: random_walk.intensity_rad2_s3(motion, resting || rested), until }
     }
 
     /// If there are no kicks. A rotor that lies still is not kicked.

@@ -73,7 +73,7 @@ impl<T: Real> Wander<T> for TwinProcess<'_, T> {
     /// newest sample.
     #[inline]
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
-        let MotionPiece { motion, mut until, .. } = self.motions.piece(at);
+        let MotionPiece { motion, rested, mut until, .. } = self.motions.piece(at);
         if motion != Motion::Quiet {
             if at < self.taken_since {
                 until = until.min(self.taken_since);
@@ -82,7 +82,8 @@ impl<T: Real> Wander<T> for TwinProcess<'_, T> {
             }
         }
         let random_walk = &self.tuning.without_stator.constant_rate.random_walk;
-        let intensity_rad2_s3 = self.strength.under(motion) * random_walk.intensity_rad2_s3(motion, resting);
+        let intensity_rad2_s3 =
+            self.strength.under(motion) * random_walk.intensity_rad2_s3(motion, resting || rested);
         Wandering { intensity_rad2_s3, until }
     }
 
