@@ -29,7 +29,7 @@ target_dir=$(cargo metadata --no-deps --format-version 1 | sed -n 's/.*"target_d
 # The features of the parts, as in BRINGUP.md.
 declare -A parts=(
     [stm32g474]=stm32g474,commissioning,keep
-    [stm32h743]=stm32h743,commissioning,impact_aided,keep
+    [stm32h743]=stm32h743,commissioning,impact_aided,keep,slow_cameras
 )
 
 log() { echo "firmware/build.sh: $*" >&2; }

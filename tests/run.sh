@@ -98,7 +98,7 @@ check_firmware() {
         lint() { cargo clippy --profile firmware --target "$target" "$@" -- -D warnings; }
         lint --package firmware --package firmware-checks --lib --bins
         # As firmware/BRINGUP.md builds them, and one with the filters that it leaves out.
-        local h743=(--no-default-features --features stm32h743,commissioning,impact_aided,keep)
+        local h743=(--no-default-features --features stm32h743,commissioning,impact_aided,keep,slow_cameras)
         lint --package firmware --lib --bin board --features stm32g474,every_filter
         # As the tests on the emulated board build it.
         lint --package firmware --lib --bin board --features scripted

@@ -6,8 +6,10 @@
 //! | [`impact_aided`] | a kick of uncertain size at each impact that the vibrometer shows |
 //! | [`twin`] | a kick computed by the motor's twin at each impact |
 
+mod checkpoints;
 pub(crate) mod constant_rate;
 pub(crate) mod impact_aided;
 mod kick;
 mod kick_use;
+pub(crate) mod kicks_kept;
 pub(crate) mod twin;

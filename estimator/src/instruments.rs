@@ -37,6 +37,7 @@ use core::f64::consts::PI;
 
 use motor_model::{OutOfBounds, Real, math};
 
+use crate::filters::kicks_kept::KEPT_NANOS;
 use crate::measurement::CameraFrame;
 use crate::vibrometer::rest::quiet_m2_s2;
 
@@ -282,6 +283,11 @@ impl CameraDescription {
         1e-9 * self.period_nanos as f64
     }
 
+    /// Time from the middle of an exposure to the arrival of the next frame, in ns.
+    pub fn arrival_nanos(&self) -> u64 {
+        self.period_nanos.saturating_add(self.latency_nanos)
+    }
+
     /// The description, if all of it is within bounds.
     ///
     /// # Errors
@@ -356,13 +362,13 @@ impl Instruments {
     /// Least range of a vibrometer that shows the rotor of mode B, in m/s.
     const RANGE_M_S: f64 = 0.1;
 
-    /// Longest time from one frame's exposure to the next one's arrival, in ns, over which all impacts are kept:
-    /// [`crate::IMPACTS_KEPT_MAX`] at five a millisecond, those of mode C.
-    const KEPT_NANOS: u64 = 25_000_000;
-
     /// Largest standard deviation of the camera's clock with which impacts help, in us: in it a kick of 7 rad/s turns
     /// the rotor by 40 milli-degrees, three standard deviations of a frame, so that kick and frames seem to disagree.
     const IMPACTS_CLOCK_MICROS: u16 = 100;
+
+    /// Longest time from one frame's exposure to the next one's arrival with which impacts of unknown sign help, in ns:
+    /// later their kicks in mode C have grown beyond what the camera alone leaves open.
+    const IMPACTS_ARRIVAL_NANOS: u64 = 25_000_000;
 
     /// The filter that is the most accurate with these instruments, and whose variances are right.
     ///
@@ -373,8 +379,10 @@ impl Instruments {
     /// |---|---|---|---|
     /// | default | 18.7, 12.5 | 8.3, 12.1 | 4.3, 4.8 |
     /// | 1,000 frames/s | 255, 55 | 48, 57 | 13, 12 |
-    /// | 200 frames/s | 1467, 180 | 382, 261 | 37, 24 |
-    /// | 50 frames/s | 6439, 420 | 2029, 728 | 1425, 49 |
+    /// | 200 frames/s | 1467, 180 | 816, 261 | 28, 22 |
+    /// | 60 frames/s, 20 ms late | 8680, 573 | 3276, 1082 | 106, 54 |
+    /// | 50 frames/s | 6439, 420 | 2231, 728 | 966, 43 |
+    /// | 30 frames/s | 8742, 562 | 3693, 4690 | 2849, 59 |
     /// | noise 1 mm/s | | 9.0, 13.0 | 5.8, 9.7 |
     /// | noise 2 mm/s | | 11.0, 13.3 | 6.3, 13.1; up to 11 times its variance |
     /// | noise 4 mm/s | | 14.6, 13.2 | 8.2, 19.3; up to 377 times |
@@ -390,12 +398,13 @@ impl Instruments {
         let Some(vibrometer) = self.vibrometer else { return FilterKind::ConstantRate };
         let (sd_m_s, period_nanos) = (vibrometer.sample_sd_m_s(), vibrometer.period_nanos);
         let clipped = vibrometer.range_m_s > 0.0 && vibrometer.range_m_s < Self::RANGE_M_S;
-        let kept = self.camera.period_nanos + self.camera.latency_nanos <= Self::KEPT_NANOS;
+        let arrival_nanos = self.camera.arrival_nanos();
+        let (kept, timely) = (arrival_nanos <= KEPT_NANOS, arrival_nanos <= Self::IMPACTS_ARRIVAL_NANOS);
         if self.camera.clock_sd_micros > Self::IMPACTS_CLOCK_MICROS {
             FilterKind::ConstantRate
         } else if sd_m_s <= Self::TWIN_SD_M_S && period_nanos <= Self::TWIN_PERIOD_NANOS && kept && !clipped {
             FilterKind::Twin
-        } else if sd_m_s <= Self::IMPACTS_SD_M_S && period_nanos <= Self::IMPACTS_PERIOD_NANOS && kept {
+        } else if sd_m_s <= Self::IMPACTS_SD_M_S && period_nanos <= Self::IMPACTS_PERIOD_NANOS && timely {
             FilterKind::ImpactAided
         } else {
             FilterKind::ConstantRate

@@ -78,7 +78,8 @@ pub use filters::constant_rate::{ConstantRate, ConstantRateTuning, RandomWalkTun
 #[cfg(feature = "tell")]
 pub use filters::impact_aided::SignedKick;
 pub use filters::impact_aided::ringing::RingingTuning;
-pub use filters::impact_aided::{IMPACTS_KEPT_MAX, ImpactAided, ImpactAidedTuning};
+pub use filters::impact_aided::{ImpactAided, ImpactAidedTuning};
+pub use filters::kicks_kept::IMPACTS_KEPT_MAX;
 pub use filters::twin::{CheckedMotor, TwinFilter, TwinTuning};
 #[cfg(feature = "tell")]
 pub use filters::twin::{

@@ -326,15 +326,25 @@ fn tool_pil_names_the_first_difference() {
 }
 
 /// The firmware holds the rate that the host holds, to the last bit, clockwise by the simplest filter and the other way
-/// by that which uses impacts, on either board; and where nothing turns the rotor, it stops when the host does.
+/// by that which uses impacts, on either board, and by the twin under late frames; and where nothing turns the rotor,
+/// it stops when the host does.
 #[test]
 fn dual_pil_holds_the_rate_that_the_host_holds() {
     let turning = ["rate.deg_s=160", "rate.duration_s=0.5", "plant.step_s=5e-6"];
     let back =
         ["rate.deg_s=-40", "rate.duration_s=0.5", "estimator.filter=impact_aided", "plant.step_s=5e-6"];
     let dead = ["rate.deg_s=500", "rate.duration_s=0.5", "faults=drive:dead", "plant.step_s=5e-6"];
+    // Between frames and their arrival come more kicks than a tick passes.
+    let late = [
+        "rate.deg_s=50",
+        "rate.duration_s=0.5",
+        "estimator.filter=twin",
+        "camera.frame_rate_hz=60",
+        "camera.latency_s=0.02",
+        "plant.step_s=5e-6",
+    ];
     for (sets, board, stopped) in
-        [(&turning[..], "m4", None), (&back, "m7", None), (&dead, "m4", Some("Stuck"))]
+        [(&turning[..], "m4", None), (&back, "m7", None), (&dead, "m4", Some("Stuck")), (&late, "m7", None)]
     {
         // The rate is that of the scene, whose own words come after the flag.
         let (rate_deg_s, others) = sets[0].strip_prefix("rate.deg_s=").zip(sets.get(1..)).expect("a rate");

@@ -7,6 +7,7 @@ mod law_other_instruments;
 mod law_quiet_stator;
 mod law_rate_limits;
 mod law_resonance;
+mod law_slow_camera;
 mod tool_calibrate;
 mod tool_commission;
 mod tool_position;

@@ -84,6 +84,11 @@ pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>
     /// Propagates `state` to `until`, if that is later. `resting` is whether the rotor lies still.
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time);
 
+    /// As [`Self::carry`], of the track, which may have been carried a part of the way already.
+    fn carry_track(&self, state: &mut State<T, B>, resting: bool, until: Time) {
+        self.carry(state, resting, until);
+    }
+
     /// A state between `state` and `until` that has been propagated already; `state` itself, if there is none.
     fn cached_state<'a>(&'a self, state: &'a State<T, B>, _resting: bool, _until: Time) -> &'a State<T, B> {
         state

@@ -122,6 +122,21 @@ impl<T: Real, B: TrackCovariance<T>> State<T, B> {
     }
 }
 
+/// Time, angle, rate and rest of a track: a frame that leaves these leaves all of its state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place<T> {
+    pub(crate) at: Time,
+    angle: Angle,
+    rate_rad_s: T,
+    resting: bool,
+}
+
+impl<T: Real> Place<T> {
+    pub(crate) fn new<B>(state: &State<T, B>, resting: bool) -> Self {
+        Self { at: state.at, angle: state.angle.angle(), rate_rad_s: state.rate_rad_s, resting }
+    }
+}
+
 /// The state after a frame, and the statistics of the frames that led to it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Track<T, B = AngleRateCovariance<T>> {

@@ -43,7 +43,7 @@ use crate::camera::noise::CameraNoise;
 use crate::camera::persistent_error::PersistentError;
 use crate::camera::process::{Jitter, Process};
 use crate::camera::rest_test::RestTest;
-use crate::camera::track::{State, Track};
+use crate::camera::track::{Place, Track};
 use crate::camera::track_covariance::TrackCovariance;
 use crate::camera::track_tuning::TrackTuning;
 use crate::innovation::{Innovation, Rejection, Source, Verdict};
@@ -187,10 +187,9 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         self.begun.then_some(&self.newest.track)
     }
 
-    /// Time, angle, rate and rest of the track: a frame that leaves these leaves all of the track's state.
-    pub(crate) fn place(&self) -> (Time, Angle, T, bool) {
-        let Track { state: State { at, angle, rate_rad_s, .. }, resting, .. } = &self.newest.track;
-        (*at, angle.angle(), *rate_rad_s, *resting)
+    /// Where the track is: a frame that leaves it there leaves all of the track's state.
+    pub(crate) fn place(&self) -> Place<T> {
+        Place::new(&self.newest.track.state, self.newest.track.resting)
     }
 
     /// The earliest time from which the track may have to be carried again, after a late frame.
@@ -268,7 +267,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         self.newest.frame = *frame;
         let track = &mut self.newest.track;
         track.kicked = false;
-        process.carry(&mut track.state, track.resting, frame.exposed_at);
+        process.carry_track(&mut track.state, track.resting, frame.exposed_at);
         let predicted = track.state.angle.angle();
         let innovation_rad = track.state.innovation_rad(frame.angle);
         let variance_rad2 = track.state.covariance.innovation_rad2(self.tuning.frame_rad2(

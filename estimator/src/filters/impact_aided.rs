@@ -34,9 +34,10 @@
 //!
 //! # Late frames, lost samples
 //!
-//! The impacts since the oldest frame kept are kept, up to [`IMPACTS_KEPT_MAX`]. A frame is fused at its exposure,
-//! through the impacts before it. One impact more than the capacity drops the frames before the oldest impact. The
-//! track after all kicks is kept beside, so that an estimate of the present passes none of them.
+//! The impacts since the oldest frame kept are kept, as many as the camera needs ([`super::kicks_kept`]). A frame is
+//! fused at its exposure, through the impacts before it. One impact more drops the frames before the oldest impact. The
+//! track after all kicks is kept beside, so that an estimate of the present passes none of them. Where a frame is
+//! followed by many, the track passes a few of them with each sample ([`super::checkpoints`]).
 //!
 //! ```text
 //!                    sample                            what it does to the rate
@@ -66,10 +67,13 @@ mod tuning;
 use heapless::Deque;
 use motor_model::{DriveCommand, DriveMode, Real, Time};
 
+use crate::camera::angle_rate_covariance::AngleRateCovariance;
 use crate::camera::process::Process;
-use crate::camera::track::State;
+use crate::camera::track::{Place, State};
 use crate::camera::tracker::{FrameContext, Tracker};
+use crate::filters::checkpoints::{Checkpoints, KICKS_PER_SAMPLE};
 use crate::filters::kick_use::KickUse;
+use crate::filters::kicks_kept::kicks_kept;
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::MotionWatch;
 use crate::{
@@ -83,10 +87,6 @@ pub use told::SignedKick;
 #[cfg(feature = "tell")]
 use told::ToldSigns;
 pub use tuning::ImpactAidedTuning;
-
-/// Most impacts kept: 4.5 ms of the motion with the most impacts, mode B at a fifth of its amplitude with 28 impacts a
-/// ms.
-pub const IMPACTS_KEPT_MAX: usize = 128;
 
 /// Time after which the ringing of an impact has decayed: two time constants of mode C.
 const RINGING_NANOS: u64 = 6_000_000;
@@ -117,6 +117,9 @@ pub struct ImpactAided<T> {
     heights: ImpactHeights<T>,
     /// The track after all kicks; `None` if there are none after the last frame.
     propagated: Option<State<T>>,
+    /// The track after the last frame, on its way through the kicks since; `propagated` is then that before the frame.
+    renewed: Option<State<T>>,
+    checkpoints: Checkpoints<T, AngleRateCovariance<T>>,
     ringing: Ringing<T>,
     /// From when on all impacts that still ring have been detected.
     ringing_known_from: Time,
@@ -130,6 +133,7 @@ macro_rules! process {
         KickedRate {
             tuning: &$filter.tuning,
             kicks: &$filter.kicks,
+            checkpoints: &$filter.checkpoints,
             motions: $filter.watch.motions($now),
             taken_since: $filter.kick_use.since,
             unseen: {
@@ -152,6 +156,8 @@ impl<T: Real> ImpactAided<T> {
             kick_use: KickUse::new(),
             heights: ImpactHeights::new(),
             propagated: None,
+            renewed: None,
+            checkpoints: Checkpoints::none(),
             ringing: Ringing::default(),
             ringing_known_from: Time::ZERO,
             #[cfg(feature = "tell")]
@@ -206,7 +212,8 @@ impl<T: Real> ImpactAided<T> {
                 self.kick_use.rewind(sample.taken_at);
                 self.heights = ImpactHeights::new();
                 while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
-                self.propagated = None;
+                (self.propagated, self.renewed) = (None, None);
+                self.checkpoints.begin(self.tracker.place());
                 let VibrometerEvent::Gap(seconds) = self.detector.observe(sample) else { return };
                 self.random_walk_over_gap(sample.taken_at, seconds);
             }
@@ -261,7 +268,7 @@ impl<T: Real> ImpactAided<T> {
         let Some(from) = self.tracker.track().map(|track| track.state.at) else { return };
         self.forget_ringing(at);
         // Right after that frame, so that the prediction of a frame exposed since is not too certain.
-        let start = self.kicks.back().map_or(from, |kick| kick.at.max(from));
+        let start = self.kicks.back().map_or(from, |kick| kick.at.max(from)).plus_nanos(1);
         self.record_kick(ImpactKick::unknown(start, self.tuning.constant_rate.track.kick_rad2_s2));
     }
 
@@ -279,9 +286,10 @@ impl<T: Real> ImpactAided<T> {
         };
         kick.at = kick.at.max(track.state.at.plus_nanos(1));
         if let Some(oldest) = self.kicks.front().map(|kick| kick.at)
-            && self.kicks.is_full()
+            && self.kicks.len() >= kicks_kept(self.tuning.slow_camera)
         {
             self.tracker.advance_to(oldest, &process!(self, self.watch.clock()));
+            self.checkpoints.follow(self.tracker.place());
             self.drop_old_kicks();
         }
         // Not full: the oldest kicks were dropped above.
@@ -297,6 +305,44 @@ impl<T: Real> ImpactAided<T> {
         if newest > state.at {
             process!(self, self.watch.clock()).carry(&mut state, resting, newest);
             self.propagated = Some(state);
+            if self.tuning.slow_camera && self.renewed.is_none() {
+                self.checkpoints.pass(&state);
+            }
+        }
+    }
+
+    /// Carries the track, which a frame has moved to `place`, through the kicks since. With a slow camera they may be
+    /// many: then some now, the others with the next samples.
+    fn renew(&mut self, place: Place<T>) {
+        if self.tuning.slow_camera {
+            self.checkpoints.begin(place);
+            self.renewed =
+                self.tracker.track().map(|track| track.state).filter(|_| self.propagated.is_some());
+            if self.renewed.is_some() {
+                return self.go_on();
+            }
+        }
+        self.propagated = None;
+        self.propagate();
+    }
+
+    /// Carries the track that a frame has moved through the next kicks.
+    #[cold]
+    #[inline(never)]
+    fn go_on(&mut self) {
+        let Some((mut state, track)) = self.renewed.take().zip(self.tracker.track()) else { return };
+        let process = process!(self, self.watch.clock());
+        let last = process.first_after(state.at) + KICKS_PER_SAMPLE - 1;
+        let until = self.kicks.get(last).or(self.kicks.back()).map(|kick| kick.at);
+        let done = last + 1 >= self.kicks.len();
+        if let Some(until) = until.filter(|&until| until > state.at) {
+            process.carry(&mut state, track.resting, until);
+        }
+        if done {
+            self.propagated = (state.at > track.state.at).then_some(state);
+        } else {
+            self.checkpoints.keep(&state);
+            self.renewed = Some(state);
         }
     }
 
@@ -329,6 +375,9 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
             if !matches!(detection, VibrometerEvent::Flight) {
                 self.take_detection(sample, detection, before);
             }
+            if self.renewed.is_some() {
+                self.go_on();
+            }
         }
         None
     }
@@ -348,9 +397,9 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
             self.use_learnt_noise();
         }
         self.drop_old_kicks();
-        if self.tracker.place() != before {
-            self.propagated = None;
-            self.propagate();
+        let place = self.tracker.place();
+        if place != before {
+            self.renew(place);
         }
         innovation
     }
@@ -377,6 +426,8 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     }
 }
 
+#[cfg(test)]
+mod late_frame_tests;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]

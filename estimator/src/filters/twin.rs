@@ -134,13 +134,14 @@ use motor_model::{DriveCommand, DriveMode, Real, Time};
 
 use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason, ResonanceOffset};
+use crate::filters::checkpoints::Checkpoints;
 use crate::filters::kick_use::KickUse;
 use crate::innovation::{ImpactInnovation, Innovation};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::{Motion, MotionWatch};
 pub use checked_motor::CheckedMotor;
-use kick_record::{KickRecord, KickRecords};
+use kick_record::{KickRecord, KickRecords, RotorState};
 use learnt_parameters::LearntCopies;
 use measured_impact::{MeasuredImpact, Uncertain};
 use misfit_monitor::MisfitMonitor;
@@ -180,6 +181,9 @@ pub struct TwinFilter<T: Real> {
     walk: WalkStrength<T>,
     /// The track after all kicks; `None` if there are none after the last frame.
     propagated: Option<PropagatedTrack<T>>,
+    /// The track after the last frame, on its way through the kicks since; `propagated` is then that before the frame.
+    renewed: Option<RotorState<T>>,
+    checkpoints: Checkpoints<T, RotorCovariance<T>>,
     /// Whether the newest kick has been refined since it was last applied.
     newest_refined: bool,
     stator: StatorFilter<T>,
@@ -212,6 +216,8 @@ impl<T: Real> TwinFilter<T> {
             kick_use: KickUse::new(),
             walk: WalkStrength::expected(),
             propagated: None,
+            renewed: None,
+            checkpoints: Checkpoints::none(),
             newest_refined: false,
             stator: StatorFilter::at_rest(motor, tuning),
             misfit: MisfitMonitor::trusted(),
@@ -311,6 +317,9 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         #[cfg(feature = "tell")]
         self.end_told_period(sample.taken_at);
         self.reapply_newest_kick();
+        if self.renewed.is_some() {
+            self.go_on();
+        }
         innovation
     }
 
@@ -335,7 +344,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         self.drop_old_kicks();
         self.review_kick_use(clock);
         if self.tracker.place() != before {
-            self.propagate();
+            self.renew();
         }
         innovation
     }

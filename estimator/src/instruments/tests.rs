@@ -140,6 +140,11 @@ fn exact_best_filters() {
     }
     let slow = CameraDescription { period_nanos: 100_000_000, ..camera };
     assert_eq!(best(slow, Some(vibrometer)), FilterKind::ConstantRate);
+    // 30 frames a second, a frame late.
+    let nanos = 33_333_333;
+    let thirty = CameraDescription { period_nanos: nanos, latency_nanos: nanos, ..camera };
+    let of_thirty = if cfg!(feature = "slow_cameras") { FilterKind::Twin } else { FilterKind::ConstantRate };
+    assert_eq!(best(thirty, Some(vibrometer)), of_thirty);
     for (clock_sd_micros, filter) in [(100, FilterKind::Twin), (101, FilterKind::ConstantRate)] {
         assert_eq!(best(CameraDescription { clock_sd_micros, ..camera }, Some(vibrometer)), filter);
     }

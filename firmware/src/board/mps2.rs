@@ -236,7 +236,7 @@ pub use script::Vibrometer;
 pub struct Flash;
 
 impl Flash {
-    /// In the middle of the 4 MiB that both boards have at the address of the program's variables, which take 64 KiB.
+    /// In the middle of the 4 MiB that both boards have at the address of the program's variables, which take 128 KiB.
     const START: *mut u8 = 0x2020_0000 as *mut u8;
 
     /// The byte at `offset`, which is below [`store_bytes`]: the operations check it.

@@ -1,4 +1,5 @@
 extern crate std;
+use crate::camera::track::State;
 use std::vec::Vec;
 
 use super::*;

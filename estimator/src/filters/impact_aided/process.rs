@@ -3,11 +3,14 @@
 use heapless::Deque;
 use motor_model::{Real, Time};
 
-use super::{IMPACTS_KEPT_MAX, ImpactAidedTuning};
+use super::ImpactAidedTuning;
+use crate::camera::angle_rate_covariance::AngleRateCovariance;
 use crate::camera::process::{Jitter, Process, Wander, Wandering};
 use crate::camera::track::State;
-use crate::camera::track_covariance::TrackCovariance;
+use crate::camera::track_covariance::{Carried, TrackCovariance};
+use crate::filters::checkpoints::Checkpoints;
 use crate::filters::kick::KickMoments;
+use crate::filters::kicks_kept::IMPACTS_KEPT_MAX;
 use crate::vibrometer::motion::Motion;
 use crate::vibrometer::motion_history::{MotionPiece, Motions};
 use crate::vibrometer::next_impact::UnseenImpacts;
@@ -57,6 +60,7 @@ pub(super) type ImpactKicks<T> = Deque<ImpactKick<T>, IMPACTS_KEPT_MAX>;
 pub(super) struct KickedRate<'a, T> {
     pub(super) tuning: &'a ImpactAidedTuning<T>,
     pub(super) kicks: &'a ImpactKicks<T>,
+    pub(super) checkpoints: &'a Checkpoints<T, AngleRateCovariance<T>>,
     pub(super) motions: Motions<'a>,
     /// Since when kicks are taken; before that the rate wanders as in [`crate::ConstantRate`].
     pub(super) taken_since: Time,
@@ -89,29 +93,31 @@ impl<T: Real> Wander<T> for KickedRate<'_, T> {
 }
 
 impl<T: Real> KickedRate<'_, T> {
-    /// Carries the state through the kicks until `until`, up to the last of them.
-    #[inline(never)]
-    fn pass_kicks<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        let from = state.at;
-        // Most are older than the track: counted from the newest.
-        let newer = self.kicks.iter().rev().take_while(|kick| kick.at > from).count();
-        for index in self.kicks.len() - newer..self.kicks.len() {
-            let Some(kick) = self.kicks.get(index).filter(|kick| kick.at <= until) else { break };
-            self.wander(state, resting, kick.at);
-            kick.apply(state);
-        }
-    }
-}
-
-impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
-    fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
+    /// Carries the state to `until`, through the kicks up to it.
+    fn through_kicks<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         if !self.only_wanders(state.at, resting) {
             self.pass_kicks(state, resting, until);
         }
         self.wander(state, resting, until);
     }
 
-    fn jitter(&self, at: Time) -> Jitter<T> {
+    /// Index of the first kick after `from`. Most are older than the track, so it counts from the newest.
+    pub(super) fn first_after(&self, from: Time) -> usize {
+        self.kicks.len() - self.kicks.iter().rev().take_while(|kick| kick.at > from).count()
+    }
+
+    /// Carries the state through the kicks until `until`, up to the last of them.
+    #[inline(never)]
+    fn pass_kicks<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
+        for index in self.first_after(state.at)..self.kicks.len() {
+            let Some(kick) = self.kicks.get(index).filter(|kick| kick.at <= until) else { break };
+            self.wander(state, resting, kick.at);
+            kick.apply(state);
+        }
+    }
+
+    /// What is added to the variances of an estimate at `at`.
+    fn unstated(&self, at: Time) -> Jitter<T> {
         let motion = self.motions.piece(at).motion;
         if at > self.unseen.known_until && !self.unseen.covers(at) {
             return self.tuning.constant_rate.random_walk.jitter(motion);
@@ -120,6 +126,31 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
         let of_c = Jitter { angle_rad2: T::from_f64(4e-10), rate_rad2_s2: T::from_f64(1.2e-3) };
         let undone = motion.of(Jitter::none(), of_c, Jitter::none());
         self.tuning.between_samples(motion, at, self.unseen.known_until).plus(undone)
+    }
+}
+
+impl<T: Real> Process<T> for KickedRate<'_, T> {
+    fn carry(&self, state: &mut State<T>, resting: bool, until: Time) {
+        self.through_kicks(state, resting, until);
+    }
+
+    fn carry_track(&self, state: &mut State<T>, resting: bool, until: Time) {
+        self.checkpoints.go_on(state, resting, until);
+        self.through_kicks(state, resting, until);
+    }
+
+    fn jitter(&self, at: Time) -> Jitter<T> {
+        self.unstated(at)
+    }
+}
+
+impl<T: Real> Process<T, Carried<T, AngleRateCovariance<T>, 2>> for KickedRate<'_, T> {
+    fn carry(&self, state: &mut State<T, Carried<T, AngleRateCovariance<T>, 2>>, resting: bool, until: Time) {
+        self.through_kicks(state, resting, until);
+    }
+
+    fn jitter(&self, at: Time) -> Jitter<T> {
+        self.unstated(at)
     }
 }
 
@@ -174,6 +205,7 @@ mod tests {
             let process = KickedRate {
                 tuning: &tuning,
                 kicks: &ImpactKicks::new(),
+                checkpoints: &Checkpoints::none(),
                 motions: Motions::always(Motion::Impacted(DriveMode::B)),
                 taken_since: Time::ZERO,
                 unseen: tuning.next_impact.unseen(&detector, drive, true),

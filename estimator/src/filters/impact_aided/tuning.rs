@@ -2,6 +2,7 @@
 
 use motor_model::{MotorParams, Parameter, Real, Time, math};
 
+use crate::filters::kicks_kept::is_slow;
 use crate::vibrometer::next_impact::NextImpactTuning;
 use crate::{ConstantRateTuning, ImpactDetectorTuning, Instruments, Jitter, Motion, RingingTuning};
 
@@ -41,6 +42,8 @@ pub struct ImpactAidedTuning<T> {
     pub(crate) next_impact: NextImpactTuning<T>,
     /// Time between two samples of the vibrometer, in ns.
     pub(crate) sample_period_nanos: u64,
+    /// Whether frames come so slowly or late that more kicks are kept: [`crate::filters::kicks_kept`].
+    pub(crate) slow_camera: bool,
 }
 
 impl<T: Real> ImpactAidedTuning<T> {
@@ -72,6 +75,7 @@ impl<T: Real> ImpactAidedTuning<T> {
                 detector.gap_nanos,
             ),
             sample_period_nanos: vibrometer.period_nanos,
+            slow_camera: is_slow(&instruments.camera),
         }
         .with_noise(detector.noise_m_s)
     }

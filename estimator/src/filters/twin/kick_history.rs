@@ -1,13 +1,15 @@
 //! The kicks since the oldest frame kept, and the track propagated through them.
 //!
-//! A late frame is fused at its exposure, so the kicks since the oldest frame kept are kept too, up to
-//! [`crate::IMPACTS_KEPT_MAX`], as in [`crate::ImpactAided`].
+//! A late frame is fused at its exposure, so the kicks since the oldest frame kept are kept too, as many as the camera
+//! needs ([`crate::filters::kicks_kept`]). Where a frame is followed by many, the track passes a few of them with each
+//! sample ([`crate::filters::checkpoints`]).
 
 use motor_model::{Real, Time};
 
 use super::process::{PropagatedTrack, TwinProcess, twin_process};
 use super::rotor::FactorKnowledge;
 use super::{KickRecord, TwinFilter};
+use crate::filters::kicks_kept::kicks_kept;
 
 impl<T: Real> TwinFilter<T> {
     /// The process up to `now`, that goes on from the propagated track.
@@ -18,9 +20,41 @@ impl<T: Real> TwinFilter<T> {
     /// Predicts the track through the kicks since the last frame again, after the track has moved.
     #[inline(never)]
     pub(super) fn propagate(&mut self) {
-        self.newest_refined = false;
+        (self.newest_refined, self.renewed) = (false, None);
+        if self.tuning.without_stator.slow_camera {
+            self.checkpoints.begin(self.tracker.place());
+        }
         let (process, track) = (self.process(self.watch.clock()), self.tracker.track());
         self.propagated = track.and_then(|track| process.propagate(&track.state, track.resting));
+    }
+
+    /// Predicts the track, which a frame has moved, through the kicks since. With a slow camera they may be many: then
+    /// some now, the others with the next samples.
+    pub(super) fn renew(&mut self) {
+        let slow_camera = self.tuning.without_stator.slow_camera;
+        let propagated = self.propagated.as_mut().filter(|_| slow_camera);
+        let Some((track, propagated)) = self.tracker.track().zip(propagated) else { return self.propagate() };
+        // Until then it serves for the track that it does not know yet.
+        (propagated.from, propagated.resting) = (track.state.at, track.resting);
+        self.renewed = Some(track.state.copied());
+        self.checkpoints.begin(self.tracker.place());
+        self.go_on();
+    }
+
+    /// Predicts the track that a frame has moved through the next kicks.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn go_on(&mut self) {
+        let Some((mut state, track)) = self.renewed.take().zip(self.tracker.track()) else { return };
+        let (process, from, resting) = (self.process(self.watch.clock()), track.state.at, track.resting);
+        if process.go_on(&mut state, resting) {
+            let kicked = self.kicks.back().is_some_and(|newest| newest.at > from);
+            self.propagated = kicked.then(|| process.with_newest(from, resting, &state));
+            self.newest_refined = false;
+        } else {
+            self.checkpoints.keep(&state);
+            self.renewed = Some(state);
+        }
     }
 
     /// Applies the newest kick again, if it has been refined.
@@ -60,10 +94,11 @@ impl<T: Real> TwinFilter<T> {
             kick.factors = FactorKnowledge::Prior;
         }
         if let Some(oldest) = self.kicks.front().map(|kick| kick.at)
-            && self.kicks.is_full()
+            && self.kicks.len() >= kicks_kept(self.tuning.without_stator.slow_camera)
         {
             let process = twin_process!(self, self.watch.clock(), None);
             self.tracker.advance_to(oldest, &process);
+            self.checkpoints.follow(self.tracker.place());
             self.drop_old_kicks();
             if let (Some(propagated), Some(track)) = (&mut self.propagated, self.tracker.track()) {
                 propagated.from = track.state.at;
@@ -73,6 +108,9 @@ impl<T: Real> TwinFilter<T> {
         let _ = self.kicks.push_back(kick);
         let Some(propagated) = self.propagated else { return self.propagate() };
         let PropagatedTrack { from, resting, state, .. } = &propagated;
+        if self.tuning.without_stator.slow_camera && self.renewed.is_none() {
+            self.checkpoints.pass(state);
+        }
         self.propagated = Some(self.process(self.watch.clock()).with_newest(*from, *resting, state));
     }
 
@@ -89,6 +127,7 @@ mod tests {
 
     use super::*;
     use crate::filter::AngleFilter as _;
+    use crate::filters::checkpoints::Checkpoints;
     use crate::filters::twin::tests::filter;
     use crate::measurement::CameraFrame;
 
@@ -134,6 +173,34 @@ mod tests {
         filter.contradict(Time::from_micros(2100));
         let told = [None, None].map(|mode| factors(&mut filter, 2200, mode));
         assert_eq!(told, [FactorKnowledge::Prior, same]);
+    }
+
+    /// 80 kicks every 10 us from 1.1 ms on, and then a frame that was exposed at 1.5 ms: from the checkpoint at 1.41 ms
+    /// it is fused as from the frame before it. Of the 39 kicks since, 32 are passed at once. The estimate is as it was
+    /// before the frame until a sample brings the others, and then that of all kicks at once.
+    #[test]
+    fn exact_a_late_frame_is_fused_a_few_kicks_at_a_time() {
+        let mut filter = seen();
+        filter.tuning.without_stator.slow_camera = true;
+        for n in 0..80 {
+            filter.record_kick(KickRecord::of_unknown_sign(Time::from_micros(1100 + 10 * n), 1e-3));
+        }
+        filter.drive(Time::from_micros(1900), DriveCommand::OFF);
+        let mut passed = *filter.tracker.track().unwrap();
+        let resting = passed.resting;
+        filter.checkpoints.go_on(&mut passed.state, resting, Time::from_micros(1500));
+        assert_eq!(passed.state.at, Time::from_micros(1410));
+        let (now, before) = (Time::from_micros(1901), filter.clone());
+        let mut without_checkpoints = TwinFilter { checkpoints: Checkpoints::none(), ..filter.clone() };
+        let frame = CameraFrame::new(Time::from_micros(1500), Angle::from_degrees(0.01));
+        assert_eq!(filter.update_camera(&frame), without_checkpoints.update_camera(&frame));
+        assert_eq!(filter.tracker.place(), without_checkpoints.tracker.place());
+        assert_eq!(filter.estimate(now), before.estimate(now));
+        filter.go_on();
+        let fused = filter.estimate(now);
+        assert_ne!(fused, before.estimate(now));
+        without_checkpoints.propagate();
+        assert_eq!(fused, without_checkpoints.estimate(now));
     }
 
     /// When the samples' times run back, kicks from then on never were.

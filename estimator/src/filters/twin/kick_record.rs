@@ -15,8 +15,8 @@ use super::measured_impact::Uncertain;
 use super::rotor::{FactorKnowledge, KickJacobian, KickedCovariance, RotorCovariance};
 use super::told::ToldKick;
 use crate::camera::track::State;
-use crate::filters::impact_aided::IMPACTS_KEPT_MAX;
 use crate::filters::kick::KickMoments;
+use crate::filters::kicks_kept::IMPACTS_KEPT_MAX;
 
 /// What is known of the kick by one impact.
 #[derive(Clone, Copy, Debug, Default)]

@@ -9,6 +9,7 @@ use super::walk_strength::WalkStrength;
 use crate::camera::process::{Jitter, Process, Wander, Wandering};
 use crate::camera::track::State;
 use crate::camera::track_covariance::Carried;
+use crate::filters::checkpoints::{Checkpoints, KICKS_PER_SAMPLE};
 use crate::vibrometer::motion::Motion;
 use crate::vibrometer::motion_history::{MotionPiece, Motions};
 use crate::vibrometer::next_impact::UnseenImpacts;
@@ -17,6 +18,7 @@ use crate::vibrometer::next_impact::UnseenImpacts;
 pub(super) struct TwinProcess<'a, T> {
     pub(super) tuning: &'a TwinTuning<T>,
     pub(super) kicks: &'a KickRecords<T>,
+    pub(super) checkpoints: &'a Checkpoints<T, RotorCovariance<T>>,
     pub(super) motions: Motions<'a>,
     /// Strength of the walk without kicks.
     pub(super) strength: &'a WalkStrength<T>,
@@ -37,6 +39,7 @@ macro_rules! twin_process {
         $crate::filters::twin::process::TwinProcess {
             tuning: &$filter.tuning,
             kicks: &$filter.kicks,
+            checkpoints: &$filter.checkpoints,
             motions: $filter.watch.motions($until),
             strength: &$filter.walk,
             taken_since: $filter.kick_use.since,
@@ -95,6 +98,10 @@ impl<T: Real> Wander<T> for TwinProcess<'_, T> {
 }
 
 impl<T: Real> TwinProcess<'_, T> {
+    fn is_after(&self, kick: usize, at: Time) -> bool {
+        self.kicks.get(kick).is_some_and(|kick| kick.at > at)
+    }
+
     /// Index of the first kick after `from`, found from the newest backwards, since most are older.
     fn first_after(&self, from: Time) -> usize {
         let newer = self.kicks.iter().rev().take_while(|kick| kick.at > from).count();
@@ -118,6 +125,18 @@ impl<T: Real> TwinProcess<'_, T> {
         let mut before_newest = state.copied();
         (first..newest).for_each(|kick| self.predict_through(&mut before_newest, resting, kick));
         Some(self.with_newest(state.at, resting, &before_newest))
+    }
+
+    /// Carries `state` through the next kicks, as many as a sample passes but not the newest; whether that is the next.
+    pub(super) fn go_on(&self, state: &mut RotorState<T>, resting: bool) -> bool {
+        let (first, newest) = (self.first_after(state.at), self.kicks.len().saturating_sub(1));
+        let mut next = first;
+        // Kicks of one instant are passed together: the next ones are found by the instant.
+        while next < newest && (next < first + KICKS_PER_SAMPLE || !self.is_after(next, state.at)) {
+            self.predict_through(state, resting, next);
+            next += 1;
+        }
+        next >= newest
     }
 
     /// The track that is propagated `from` an instant on: it stands `before` the newest kick, which is applied.
@@ -154,6 +173,11 @@ impl<T: Real> TwinProcess<'_, T> {
 
 impl<T: Real> Process<T, RotorCovariance<T>> for TwinProcess<'_, T> {
     fn carry(&self, state: &mut RotorState<T>, resting: bool, until: Time) {
+        self.through_kicks(state, resting, until);
+    }
+
+    fn carry_track(&self, state: &mut RotorState<T>, resting: bool, until: Time) {
+        self.checkpoints.go_on(state, resting, until);
         self.through_kicks(state, resting, until);
     }
 
@@ -210,6 +234,7 @@ mod tests {
             let process = TwinProcess {
                 tuning: &tuning,
                 kicks: &KickRecords::new(),
+                checkpoints: &Checkpoints::none(),
                 motions: Motions::always(Motion::Impacted(DriveMode::B)),
                 strength: &WalkStrength::expected(),
                 taken_since: Time::from_micros(2000),
@@ -239,6 +264,7 @@ mod tests {
         let process = TwinProcess {
             tuning: &tuning,
             kicks: &kicks,
+            checkpoints: &Checkpoints::none(),
             motions: Motions::always(Motion::Quiet),
             strength: &WalkStrength::expected(),
             taken_since: Time::ZERO,
