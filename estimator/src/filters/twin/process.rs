@@ -128,7 +128,11 @@ impl<T: Real> TwinProcess<'_, T> {
     }
 
     /// Carries `state` through the next kicks, as many as a sample passes but not the newest; whether that is the next.
+    /// A rotor that lies still takes none of them.
     pub(super) fn go_on(&self, state: &mut RotorState<T>, resting: bool) -> bool {
+        if resting && self.motions.throughout(state.at) == Motion::Quiet {
+            return true;
+        }
         let (first, newest) = (self.first_after(state.at), self.kicks.len().saturating_sub(1));
         let mut next = first;
         // Kicks of one instant are passed together: the next ones are found by the instant.
@@ -206,6 +210,7 @@ impl<T: Real> Process<T, Carried<T, RotorCovariance<T>, 4>> for TwinProcess<'_, 
 mod tests {
     use motor_model::{Angle, AngleAccumulator, DriveCommand, DriveMode, MotorParams};
 
+    use super::super::kick_record::KickRecord;
     use super::*;
     use crate::camera::angle_rate_covariance::AngleRateCovariance;
     use crate::camera::track_covariance::TrackCovariance as _;
@@ -257,9 +262,7 @@ mod tests {
     fn exact_a_rotor_that_lies_still_is_not_kicked() {
         let tuning = TwinTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
         let mut kicks = KickRecords::new();
-        kicks
-            .push_back(super::super::kick_record::KickRecord::of_unknown_sign(Time::from_micros(1500), 1.0))
-            .unwrap();
+        kicks.push_back(KickRecord::of_unknown_sign(Time::from_micros(1500), 1.0)).unwrap();
         let detector = flying(tuning.detector, Time::from_micros(4000), 0.03);
         let process = TwinProcess {
             tuning: &tuning,
@@ -284,6 +287,38 @@ mod tests {
             process.through_kicks(&mut state, resting, Time::from_micros(2000));
             let (own, expected) = (state.covariance.rate_rad2_s2(), kick + 1e-3 * per_s);
             assert!((own - expected).abs() < 1e-9 * (kick + expected), "{resting}: {own} {expected}");
+        }
+    }
+
+    /// Of 40 kicks a sample passes 32; a rotor that lies still takes none, and is done at once.
+    #[test]
+    fn exact_a_rotor_that_lies_still_has_no_kicks_to_pass() {
+        let tuning = TwinTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
+        let mut kicks = KickRecords::new();
+        for n in 0..40 {
+            let kick = KickRecord::of_unknown_sign(Time::from_micros(1500 + n), 1.0);
+            kicks.push_back(kick).unwrap();
+        }
+        let detector = flying(tuning.detector, Time::from_micros(4000), 0.03);
+        let process = TwinProcess {
+            tuning: &tuning,
+            kicks: &kicks,
+            checkpoints: &Checkpoints::none(),
+            motions: Motions::always(Motion::Quiet),
+            strength: &WalkStrength::expected(),
+            taken_since: Time::ZERO,
+            unseen: tuning.without_stator.next_impact.unseen(&detector, DriveCommand::OFF, true),
+            propagated: None,
+        };
+        for (resting, done, reached) in [(true, true, 1000), (false, false, 1531)] {
+            let mut state = State {
+                at: Time::from_micros(1000),
+                angle: AngleAccumulator::at(Angle::ZERO),
+                rate_rad_s: 0.0,
+                covariance: RotorCovariance::begin(0.0, 0.0, None),
+            };
+            assert_eq!(process.go_on(&mut state, resting), done);
+            assert_eq!(state.at, Time::from_micros(reached));
         }
     }
 }
