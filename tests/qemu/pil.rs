@@ -365,7 +365,7 @@ fn dual_pil_keeps_the_limits_that_the_host_keeps() {
     for (to, sets, stopped) in [
         ("20", &["limits.amplitude_max=0.5", "position.deadline_s=0.2"][..], Some("TimedOut")),
         ("20", &["limits.drive_on_s=0.02", "position.hold_s=0.01"], None),
-        ("-5", &["limits.least_deg=-5", "position.tolerance_deg=0.005", "seed=2"], Some("OutOfTravel")),
+        ("-5", &["limits.least_deg=-5", "position.tolerance_deg=0.005", "seed=4"], Some("OutOfTravel")),
     ] {
         let mut arguments = vec!["--board", "m4", "--to", to];
         arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
