@@ -343,13 +343,16 @@ fn dual_a_program_meets_its_deadlines_on_a_part_that_has_the_time() {
     }
 }
 
-/// The twin, with the longest latency on a part that has the time for it: every report is that of the simulation.
+/// The twin, with the longest latency on a part that has the time for it: every report is that of the simulation. Of
+/// the motors 1 to 6 the first one's impacts come so densely that 800 MHz are not enough for it, and 1000 are.
 #[test]
 fn dual_the_program_with_the_twin_computes_what_the_simulation_does() {
     let (filter, name, tick) = FILTERS[2];
     assert!(reviewed(&format!("{tick}_latency_at_{}", 10 * TWIN_MHZ)) <= LATENCY_TICKS_MAX as u64);
     let mut scene = scene("stm32h743", name);
-    scene.set("board.latency_ticks", &LATENCY_TICKS_MAX.to_string()).expect("within its bounds");
+    for (key, value) in [("board.latency_ticks", LATENCY_TICKS_MAX), ("seed", 2)] {
+        scene.set(key, &value.to_string()).expect("within its bounds");
+    }
     let made = ScriptedRun::of_move(&scene, filter);
     made.run_at(TWIN_MHZ).check(&made);
 }
