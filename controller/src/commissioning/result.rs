@@ -164,11 +164,12 @@ impl Commissioning {
             }
             CommissioningEnd::TimeOver | CommissioningEnd::EndOfTravel | CommissioningEnd::Enough => (),
         }
-        if findings.iter().filter(|finding| finding.kind == FindingKind::Dead).count() == 2 {
-            return Err(Unfit::NothingTurns);
-        }
+        // The other mode may seem dead too, by windows in which the rotor stuck.
         if let Some(mode) = findings.dead_by_losses() {
             return Err(Unfit::LostWhenDriven { mode });
+        }
+        if findings.iter().filter(|finding| finding.kind == FindingKind::Dead).count() == 2 {
+            return Err(Unfit::NothingTurns);
         }
         let mut map = commissioned_map(prior, &self.evidence).map_err(Unfit::NoMap)?;
         let resonances = [DriveMode::B, DriveMode::C].map(|mode| self.resonance_offset(mode));
