@@ -48,6 +48,8 @@ mod run_out;
 pub mod sweep;
 mod tick;
 
+use core::slice;
+
 use estimator::{Instruments, ResonanceOffset};
 use heapless::Vec;
 use motor_model::{DriveCommand, DriveMode};
@@ -166,6 +168,17 @@ impl Commissioning {
                 if let Some((found, cruise)) = found.zip(prior.cruises().get(index)) {
                     found.coasts.add(coast.rate_rad_s, coast.turned_rad, coast.noise_rad2(cruise.coast_s));
                     found.to_rest_s.add(*to_rest_s, 0.0);
+                }
+            }
+            (Response::Lost, Some(MapRow::Cruise(index))) => {
+                if let Some(found) = self.evidence.cruise_mut(index) {
+                    found.unseen = found.unseen.saturating_add(1);
+                }
+            }
+            (Response::Unmoved { window }, Some(MapRow::Cruise(index))) => {
+                self.take_windows(prior, index, slice::from_ref(window));
+                if let Some(found) = self.evidence.cruise_mut(index) {
+                    found.runs = found.runs.saturating_add(1);
                 }
             }
             (

@@ -156,6 +156,8 @@ pub enum ShownRecord {
         /// Time from the end of the last burst until rest in s.
         to_rest_s: f32,
     },
+    /// [`Response::Unmoved`]: turn in rad, its variance in rad^2 and length in s of the drive.
+    Unmoved([f32; 3]),
 }
 
 /// What `of` makes of each of `values`. Unlike collecting, this has no panic for an iterator that is too long.
@@ -168,15 +170,24 @@ fn each<T, U, const N: usize>(values: &Vec<T, N>, of: impl Fn(&T) -> U) -> Vec<U
     made
 }
 
+fn window_record(window: &TurnWindow) -> [f32; 3] {
+    [window.turned_rad, window.turned_rad2, window.time_s]
+}
+
+fn window_of(&[turned_rad, turned_rad2, time_s]: &[f32; 3]) -> TurnWindow {
+    TurnWindow { turned_rad, turned_rad2, time_s }
+}
+
 impl From<&Response> for ShownRecord {
     fn from(response: &Response) -> Self {
         match response {
             Response::Lost => Self::Lost,
+            Response::Unmoved { window } => Self::Unmoved(window_record(window)),
             Response::Sweep { points } => Self::Sweep(each(points, |point| {
                 [point.offset_hz, point.power_m2_s2, point.relative_variance]
             })),
             Response::Cruise { windows, coast, to_rest_s } => Self::Cruise {
-                windows: each(windows, |window| [window.turned_rad, window.turned_rad2, window.time_s]),
+                windows: each(windows, window_record),
                 coast: [
                     coast.rate_rad_s,
                     coast.rate_rad2_s2,
@@ -197,6 +208,7 @@ impl From<&ShownRecord> for Response {
     fn from(record: &ShownRecord) -> Self {
         match record {
             ShownRecord::Lost => Self::Lost,
+            ShownRecord::Unmoved(window) => Self::Unmoved { window: window_of(window) },
             ShownRecord::Sweep(points) => Self::Sweep {
                 points: each(points, |&[offset_hz, power_m2_s2, relative_variance]| SweepPoint {
                     offset_hz,
@@ -209,11 +221,7 @@ impl From<&ShownRecord> for Response {
                 coast: [rate_rad_s, rate_rad2_s2, turned_rad, turned_rad2, turned_rate_rad2_s],
                 to_rest_s,
             } => Self::Cruise {
-                windows: each(windows, |&[turned_rad, turned_rad2, time_s]| TurnWindow {
-                    turned_rad,
-                    turned_rad2,
-                    time_s,
-                }),
+                windows: each(windows, window_of),
                 coast: Coast { rate_rad_s, rate_rad2_s2, turned_rad, turned_rad2, turned_rate_rad2_s },
                 to_rest_s,
             },
@@ -254,6 +262,7 @@ mod tests {
         let point = SweepPoint { offset_hz: -25.0, power_m2_s2: 1e-6, relative_variance: 0.01 };
         for response in [
             Response::Lost,
+            Response::Unmoved { window },
             Response::Sweep { points: [point; 13].into_iter().collect() },
             Response::Cruise {
                 windows: [window; WINDOWS].into_iter().collect(),

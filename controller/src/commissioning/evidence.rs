@@ -18,9 +18,11 @@ pub enum MapRow {
 /// What a cruise did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CruiseEvidence {
-    /// Runs of it.
+    /// Runs of it that showed something.
     pub runs: u16,
-    /// Those of them that ended with the loss of the estimate, after a window or more.
+    /// Further runs, which turned the rotor and ended with the loss of the estimate before a window was over.
+    pub unseen: u16,
+    /// Those of them that ended with the loss of the estimate, after a window or more, and turned the rotor.
     pub lost: u16,
     /// Mean rates of its windows, per rate of the prior row.
     pub windows: Repeats,

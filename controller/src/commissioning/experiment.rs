@@ -126,6 +126,11 @@ pub enum Response {
         /// Time in s from the cut until the estimate no longer says that the rotor moves.
         to_rest_s: f32,
     },
+    /// The estimate was lost in a cruise, and the rotor lies where it lay before it: the drive has not turned it.
+    Unmoved {
+        /// The whole drive.
+        window: TurnWindow,
+    },
     /// The turn of a train.
     Train {
         /// In rad, in the direction of the mode.

@@ -252,9 +252,9 @@ impl Experimenter {
         self.command()
     }
 
-    /// No usable estimate. A sweep needs none; any other experiment ends. Of a cruise the windows before it count, but
-    /// for the last one, at whose end the estimate may have been wrong; one without windows shows a rotor that has not
-    /// turned at all, or nothing; a train shows nothing.
+    /// No usable estimate. A sweep needs none; any other experiment ends. A cruise shows a rotor that has not turned at
+    /// all, or the windows before the loss, but for the last one, at whose end the estimate may have been wrong, or
+    /// nothing; a train shows nothing.
     fn wait(&mut self, now: Time) {
         if matches!(self.stage, Stage::Cruising(_) | Stage::Bursting(_)) {
             self.lost = self.lost.saturating_add(1);
@@ -273,7 +273,7 @@ impl Experimenter {
             self.sweep(now);
         } else {
             let pending = match &self.stage {
-                Stage::Cruising(run) if self.windows.is_empty() => run.lost_at(now),
+                Stage::Cruising(run) => run.lost_at(now),
                 Stage::Resting(resting @ Resting { pending: Pending::Lost { .. }, .. }) => resting.pending,
                 _ => Pending::Nothing,
             };
@@ -409,14 +409,13 @@ impl Experimenter {
                     time_s: driven_s,
                 };
                 let limit_rad2 = UNMOVED_SIGMAS * UNMOVED_SIGMAS * window.turned_rad2;
-                let windows = Vec::from_slice(&[window]);
-                self.response = match windows {
-                    Ok(windows) if window.turned_rad * window.turned_rad < limit_rad2 => {
-                        self.lost = 0;
-                        Some(Response::Cruise { windows, coast: Coast::default(), to_rest_s: 0.0 })
-                    }
-                    _ => Some(Response::Lost),
-                };
+                if window.turned_rad * window.turned_rad < limit_rad2 {
+                    self.lost = 0;
+                    self.response = Some(Response::Unmoved { window });
+                } else {
+                    // The windows before the loss, where there are any.
+                    self.response.get_or_insert(Response::Lost);
+                }
             }
             Pending::Coast { along, cut } => {
                 let coast = Coast::between(along, &cut, estimate);

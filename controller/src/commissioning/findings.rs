@@ -11,7 +11,7 @@
 //! | fastest below full drive | a weaker one is faster than the strongest, by Student's t over all weaker ones |
 //! | turns back | more windows go backwards than [`ODD_PART`] of all explains, by the binomial law over all rows |
 //! | sticks | the same of windows without a turn, where none goes backwards |
-//! | is lost | the same of cruises that end with the loss of the estimate |
+//! | is lost | the same of cruises that turn the rotor and end with the loss of the estimate |
 //!
 //! The test of lost cruises is not among the ten: of the motors of the prior map none loses the estimate.
 //!
@@ -110,11 +110,11 @@ impl Findings {
         self.is_of_use(mode) && !self.iter().any(|finding| finding.mode == mode && is_slow(finding.kind))
     }
 
-    /// A mode that seems dead where more than half of its cruises have lost the estimate: the windows that are left are
-    /// those in which the rotor stuck, before the loss.
+    /// A mode that seems dead, and of which cruises turned the rotor and lost the estimate: the windows that are left
+    /// are those in which the rotor stuck.
     pub(crate) fn dead_by_losses(&self) -> Option<DriveMode> {
-        let mostly_lost = |kind| matches!(kind, FindingKind::Lost { part } if part > 0.5);
-        let is_lost = |mode| self.iter().any(|finding| finding.mode == mode && mostly_lost(finding.kind));
+        let is_loss = |kind| matches!(kind, FindingKind::Lost { .. });
+        let is_lost = |mode| self.iter().any(|finding| finding.mode == mode && is_loss(finding.kind));
         let dead = self.iter().find(|finding| finding.kind == FindingKind::Dead && is_lost(finding.mode));
         dead.map(|finding| finding.mode)
     }
@@ -250,6 +250,7 @@ impl RowsOfMode<'_> {
         let of_mode = self.prior.cruises().iter().enumerate().filter(|(_, cruise)| cruise.mode == self.mode);
         let (runs, lost) = of_mode.fold((0_u16, 0_u16), |(runs, lost), (index, _)| {
             let found = self.evidence.cruise(index);
+            let [runs, lost] = [runs, lost].map(|sum| sum.saturating_add(found.unseen));
             (runs.saturating_add(found.runs), lost.saturating_add(found.lost))
         });
         let part = || f32::from(lost) / f32::from(runs);
@@ -362,14 +363,16 @@ mod tests {
     /// Cruises that end with the loss of the estimate: one of six happens to one motor in nine, three to one in 6,000.
     #[test]
     fn exact_cruises_that_lose_the_estimate_are_told() {
-        for (lost, is_told) in [(0, false), (1, false), (3, true)] {
+        for (lost, unseen, is_told) in
+            [(0, 0, false), (1, 0, false), (0, 1, false), (3, 0, true), (1, 2, true)]
+        {
             let mut evidence = CommissioningEvidence::default();
             let found = evidence.cruise_mut(7).unwrap();
-            (found.runs, found.lost) = (6, lost);
+            (found.runs, found.lost, found.unseen) = (6 - unseen, lost, unseen);
             let of = Findings::of(map(), &evidence);
             let told = of.iter().next().map(|finding| finding.kind);
             let expected = is_told.then_some(FindingKind::Lost { part: 0.5 });
-            assert_eq!(told, expected, "{lost}");
+            assert_eq!(told, expected, "{lost} {unseen}");
         }
     }
 

@@ -5,6 +5,7 @@ extern crate std;
 mod coast;
 
 use super::coasts::Coast;
+use super::findings::FindingKind;
 use super::*;
 use crate::response_map::{Family, direction};
 use estimator::{Estimate, Health};
@@ -316,13 +317,15 @@ fn law_a_cruise_that_loses_the_estimate_keeps_the_windows_before() {
 }
 
 /// A rotor that lies where it lay after a drive that lost the estimate was not turned: that is a window as long as the
-/// drive, however often it happens, also where the estimate is lost again meanwhile.
+/// drive, however often it happens, also where the estimate is lost again meanwhile, and where it was lost after some
+/// windows.
 #[test]
 fn law_a_rotor_that_was_not_turned_is_told_from_one_that_was_lost() {
     let (mut experimenter, mut now, estimate) = ready();
     for number in 1..=12 {
         assert!(experimenter.order(CRUISE));
-        now = driven(&mut experimenter, now, &estimate, 4_000_000);
+        let driven_nanos = if number == 12 { 370_000_000 } else { 4_000_000 };
+        now = driven(&mut experimenter, now, &estimate, driven_nanos);
         for health in [Health::Waiting, Health::Good, Health::Waiting] {
             let seen = Some(&estimate).filter(|_| health == Health::Good);
             assert_eq!(experimenter.decide(now, seen, health), DriveCommand::OFF);
@@ -332,11 +335,39 @@ fn law_a_rotor_that_was_not_turned_is_told_from_one_that_was_lost() {
             now = now.plus_nanos(crate::TICK_NANOS);
             experimenter.decide(now, Some(&estimate), Health::Good);
         }
-        let Some(Response::Cruise { windows, .. }) = experimenter.response() else {
+        let Some(Response::Unmoved { window }) = experimenter.response() else {
             panic!("{number}: {:?}", experimenter.response())
         };
-        let [window] = windows[..] else { panic!("{number}: {windows:?}") };
-        assert!(window.turned_rad.abs() < 1e-9 && (window.time_s - 4e-3).abs() < 1e-6, "{window:?}");
+        let off_s = window.time_s - 1e-9 * driven_nanos as f32;
+        assert!(window.turned_rad.abs() < 1e-9 && off_s.abs() < 1e-6, "{number}: {window:?}");
+    }
+}
+
+/// Each drive of either mode loses the estimate. A rotor that was never turned is dead in both modes, and not lost. A
+/// rotor that was turned is lost and not dead, by some windows in which it stuck, or by every second drive.
+#[test]
+fn law_a_stuck_rotor_is_told_from_one_that_is_lost_in_each_drive() {
+    let instruments = Instruments { vibrometer: None, ..Instruments::default() };
+    let map = ResponseMap::table_1();
+    let window = TurnWindow { turned_rad: 0.0, turned_rad2: 1e-8, time_s: 0.05 };
+    let windows = Vec::from_slice(&[window; 2]).unwrap();
+    let cut = Response::Cruise { windows, coast: Coast::default(), to_rest_s: 0.0 };
+    let unmoved = Response::Unmoved { window };
+    for (shown, is_lost) in
+        [([&unmoved, &unmoved], false), ([&cut, &cut], true), ([&unmoved, &Response::Lost], true)]
+    {
+        let mut commissioning = Commissioning::new(&instruments);
+        for response in shown.into_iter().cycle().take(64) {
+            if commissioning.next(map).is_some() {
+                commissioning.take(map, response);
+            }
+        }
+        let found = commissioning.result(map, CommissioningEnd::Enough, 10.0);
+        let lost = found.findings.iter().filter(|finding| matches!(finding.kind, FindingKind::Lost { .. }));
+        assert_eq!(lost.count() > 0, is_lost, "{:?}", found.findings);
+        let unfit = found.map.unwrap_err();
+        assert_eq!(matches!(unfit, Unfit::LostWhenDriven { .. }), is_lost, "{unfit:?}");
+        assert_eq!(unfit == Unfit::NothingTurns, !is_lost, "{unfit:?}");
     }
 }
 

@@ -317,7 +317,7 @@ fn law_another_version_is_refused_by_name() {
     let mut other = cobs::encode_vec(&content);
     other.push(0);
     let refused = BoardFault::Version { theirs: VERSION + 1, ours: VERSION };
-    assert_eq!(std::format!("{refused}"), "the host speaks protocol version 16, the board version 15");
+    assert_eq!(std::format!("{refused}"), "the host speaks protocol version 17, the board version 16");
     assert_eq!(bench.exchange_bytes(&other), fault(refused));
     assert_eq!(bench.board.counters().other_version, 1);
     assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::UnknownSession { session: 5 }));

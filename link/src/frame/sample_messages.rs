@@ -249,10 +249,11 @@ pub(super) fn board_messages() -> Vec<BoardMessage> {
 }
 
 /// The same of experiments.
-fn experiment_messages() -> [BoardMessage; 7] {
+fn experiment_messages() -> [BoardMessage; 8] {
     [
         BoardMessage::ExperimentTaken { number: 300 },
         response(ShownRecord::Lost),
+        response(ShownRecord::Unmoved([-1e-6, 1e-9, 0.25])),
         response(ShownRecord::Sweep([[-25.0, 1e-6, 0.25]; 16].into_iter().collect())),
         response(ShownRecord::Cruise {
             windows: [[0.5, 1e-9, 0.05]; 8].into_iter().collect(),
