@@ -12,4 +12,5 @@ pub(crate) mod impact_aided;
 mod kick;
 mod kick_use;
 pub(crate) mod kicks_kept;
+mod mean_rate;
 pub(crate) mod twin;

@@ -48,6 +48,37 @@ pub(crate) struct Wandering<T> {
     pub(crate) intensity_rad2_s3: T,
     /// Until when it has this intensity.
     pub(crate) until: Time,
+    /// The mean to which the rate returns meanwhile, if it does.
+    pub(crate) returning: Option<ReturnToMean<T>>,
+}
+
+/// The rate returns to a mean: `rate' = (mean - rate) / T`, beside its random walk.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ReturnToMean<T> {
+    pub(crate) mean_rad_s: T,
+    /// `1 / T`.
+    pub(crate) per_s: T,
+    /// `T / 3`, the longest step unless the time is longer than [`Self::STEPS_MAX`] of them.
+    pub(crate) third_nanos: u64,
+}
+
+impl<T: Real> ReturnToMean<T> {
+    /// Most steps of a time.
+    const STEPS_MAX: u64 = 16;
+
+    /// Carries `state` to `until` by a random walk of `intensity_rad2_s3` and the return.
+    fn carry<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, until: Time, intensity_rad2_s3: T) {
+        let step_nanos = self.third_nanos.max(until.nanos_since(state.at) / Self::STEPS_MAX);
+        while until > state.at {
+            let next = until.min(state.at.plus_nanos(step_nanos));
+            let x: T = next.seconds_since::<T>(state.at) * self.per_s;
+            // exp(-x) to third order in x, and positive for any x.
+            let kept = T::one() / (T::one() + x + T::from_f64(0.5) * x * x);
+            state.propagate(next, intensity_rad2_s3);
+            state.rate_rad_s = self.mean_rad_s + (state.rate_rad_s - self.mean_rad_s) * kept;
+            state.covariance.kick_rate(kept, T::zero());
+        }
+    }
 }
 
 /// How the rate wanders between kicks. `resting` is whether the rotor lies still.
@@ -55,26 +86,30 @@ pub(crate) trait Wander<T: Real> {
     /// The random walk right after `at`.
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T>;
 
-    /// Whether the rate only wanders from `at` on.
+    /// Whether the rate only wanders from `at` on, without kicks.
     fn only_wanders(&self, at: Time, resting: bool) -> bool;
 
     /// Propagates `state` to `until`, if that is later.
     fn wander<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         let wandering = self.wandering(state.at, resting);
-        if wandering.until >= until {
+        if wandering.until >= until && wandering.returning.is_none() {
             state.propagate(until, wandering.intensity_rad2_s3);
         } else {
             self.wander_on(state, resting, until);
         }
     }
 
-    /// The same through several pieces.
+    /// The same through several pieces, or while the rate returns to a mean.
     #[cold]
     #[inline(never)]
     fn wander_on<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         while state.at < until {
-            let wandering = self.wandering(state.at, resting);
-            state.propagate(until.min(wandering.until), wandering.intensity_rad2_s3);
+            let Wandering { intensity_rad2_s3, until: end, returning } = self.wandering(state.at, resting);
+            let end = until.min(end);
+            match returning {
+                Some(returning) => returning.carry(state, end, intensity_rad2_s3),
+                None => state.propagate(end, intensity_rad2_s3),
+            }
         }
     }
 }
@@ -100,7 +135,8 @@ pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>
     /// What `state` has become at `until`.
     fn predict(&self, state: &State<T, B>, resting: bool, until: Time) -> Estimate<T> {
         let wandering = self.wandering(state.at, resting);
-        if wandering.until >= until && self.only_wanders(state.at, resting) {
+        let in_one_piece = wandering.until >= until && wandering.returning.is_none();
+        if in_one_piece && self.only_wanders(state.at, resting) {
             state.predicted(until, wandering.intensity_rad2_s3, resting)
         } else {
             self.predict_by_carrying(state, resting, until)
@@ -131,9 +167,9 @@ mod tests {
             let (change, never) = (Time::from_nanos(1_000_000_000), Time::from_nanos(u64::MAX));
             let [first, then] = self.0;
             if at < change {
-                Wandering { intensity_rad2_s3: first, until: change }
+                Wandering { intensity_rad2_s3: first, until: change, returning: None }
             } else {
-                Wandering { intensity_rad2_s3: then, until: never }
+                Wandering { intensity_rad2_s3: then, until: never, returning: None }
             }
         }
 

@@ -31,15 +31,7 @@
 //!
 //! # Slow cameras
 //!
-//! Between the frames of a slow camera ([`RandomWalkTuning::returns_to_mean`]) a random walk would lose the turn: in
-//! 0.1 s it adds 18 rad/s. In truth the rate returns to its mean with the correlation time T. So there the rate and its
-//! error decay by `exp(-h / T)` after each step h of the random walk, at most T / 3 long, or a sixteenth of the time to
-//! the next frame. The mean is that of the mode ([`mean_rate`]), and zero for a rotor that slides to a stop: piece by
-//! piece, since a drive may begin and end between two frames ([`crate::vibrometer::motion_history`]). For 50 ms after a
-//! change of the motion friction brings the rate to the new mean, which takes as long in both modes: with T of mode B,
-//! and five times the noise.
-
-mod mean_rate;
+//! Between the frames of a slow camera the rate returns to its mean: [`crate::filters::mean_rate`].
 
 use motor_model::{DriveCommand, MotorParams, Real, Time};
 
@@ -47,26 +39,13 @@ use crate::camera::process::{Process, Wander, Wandering};
 use crate::camera::track::State;
 use crate::camera::track_covariance::TrackCovariance;
 use crate::camera::tracker::{FrameContext, Tracker};
+use crate::filters::mean_rate::MeanRates;
 use crate::vibrometer::motion::MotionWatch;
-use crate::vibrometer::motion_history::{MotionPiece, Motions};
+use crate::vibrometer::motion_history::Motions;
 use crate::{
     AngleFilter, CameraDescription, CameraFrame, Estimate, Health, ImpactInnovation, Innovation, Instruments,
     Jitter, LdvSample, Motion, RESTING_GROWTH_RAD2_S, Reason, RestTuning, TrackTuning,
 };
-use mean_rate::MeanRates;
-
-/// Correlation time of the rate in modes B and C, in s.
-const CORRELATION_B_S: f64 = 12e-3;
-const CORRELATION_C_S: f64 = 2e-3;
-/// Longest step of the return to the mean, a third of the correlation time, in ns.
-const THIRD_B_NANOS: u64 = 4_000_000;
-const THIRD_C_NANOS: u64 = 666_666;
-/// Factor of the process noise while the rate goes to another mean: in mode B a standard deviation of 10 rad/s.
-const TRANSITION: f64 = 5.0;
-/// Time after a change of the motion until the rate is at its mean, in ns: four correlation times of mode B.
-const TRANSITION_NANOS: u64 = 50_000_000;
-/// Most steps to the next frame.
-const STEPS_MAX: u64 = 16;
 
 /// Noise of process and camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +70,7 @@ pub struct RandomWalkTuning<T> {
     pub sliding_rad2_s3: T,
     /// Process noise at rest in rad^2/s^3.
     pub resting_rad2_s3: T,
-    /// Whether the rate returns to its mean between frames, see the head of this module.
+    /// Whether the rate returns to its mean between frames ([`crate::filters::mean_rate`]).
     pub returns_to_mean: bool,
     /// Jitter under mode B.
     pub jitter_b: Jitter<T>,
@@ -170,62 +149,22 @@ impl<T: Real> RandomWalkTuning<T> {
 struct RandomWalk<'a, T> {
     tuning: &'a RandomWalkTuning<T>,
     motions: Motions<'a>,
-    /// Mean rate in modes B and C, in rad/s.
-    mean_rate_rad_s: [T; 2],
-}
-
-impl<T: Real> RandomWalk<'_, T> {
-    /// Carries the state to `until` while the rate returns to the mean of each motion on the way.
-    #[cold]
-    fn return_to_mean<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, until: Time) {
-        let (of_b, of_c) = (T::from_f64(1.0 / CORRELATION_B_S), T::from_f64(1.0 / CORRELATION_C_S));
-        let [mean_b, mean_c] = self.mean_rate_rad_s;
-        while until > state.at {
-            let piece = self.motions.piece(state.at);
-            let (per_correlation, third_nanos, mean_rad_s) = piece.motion.of(
-                (of_b, THIRD_B_NANOS, mean_b),
-                (of_c, THIRD_C_NANOS, mean_c),
-                (of_b, THIRD_B_NANOS, T::zero()),
-            );
-            let until = until.min(piece.until);
-            let step_nanos = third_nanos.max(until.nanos_since(state.at) / STEPS_MAX);
-            let intensity_rad2_s3 = self.tuning.intensity_rad2_s3(piece.motion, piece.rested);
-            while until > state.at {
-                let next = until.min(state.at.plus_nanos(step_nanos));
-                // The mean of the mode before, of the next one, or between them: not known to some ten rad/s.
-                let in_transition = state.at < piece.begun.plus_nanos(TRANSITION_NANOS);
-                let (per_s, factor) =
-                    if in_transition { (of_b, T::from_f64(TRANSITION)) } else { (per_correlation, T::one()) };
-                let x: T = next.seconds_since::<T>(state.at) * per_s;
-                // exp(-x) to third order in x, and positive for any x.
-                let kept = T::one() / (T::one() + x + T::from_f64(0.5) * x * x);
-                state.propagate(next, factor * intensity_rad2_s3);
-                state.rate_rad_s = mean_rad_s + (state.rate_rad_s - mean_rad_s) * kept;
-                state.covariance.kick_rate(kept, T::zero());
-            }
-        }
-    }
+    mean_rates: &'a MeanRates<T>,
 }
 
 impl<T: Real> Wander<T> for RandomWalk<'_, T> {
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
-        let MotionPiece { motion, rested, until, .. } = self.motions.piece(at);
-        Wandering { intensity_rad2_s3: self.tuning.intensity_rad2_s3(motion, resting || rested), until }
+        self.mean_rates.wandering(self.tuning, &self.motions.piece(at), at, resting)
     }
 
-    /// Unless the rate returns to a mean.
-    fn only_wanders(&self, _at: Time, resting: bool) -> bool {
-        resting || !self.tuning.returns_to_mean
+    fn only_wanders(&self, _at: Time, _resting: bool) -> bool {
+        true
     }
 }
 
 impl<T: Real, B: TrackCovariance<T>> Process<T, B> for RandomWalk<'_, T> {
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        if self.only_wanders(state.at, resting) {
-            self.wander(state, resting, until);
-        } else {
-            self.return_to_mean(state, until);
-        }
+        self.wander(state, resting, until);
     }
 
     fn jitter(&self, at: Time) -> Jitter<T> {
@@ -255,14 +194,14 @@ impl<T: Real> ConstantRate<T> {
 
     fn process(&self, now: Time) -> RandomWalk<'_, T> {
         let motions = self.watch.motions(now);
-        RandomWalk { tuning: &self.random_walk, motions, mean_rate_rad_s: self.mean_rates.rad_s }
+        RandomWalk { tuning: &self.random_walk, motions, mean_rates: &self.mean_rates }
     }
 }
 
 impl<T: Real> AngleFilter<T> for ConstantRate<T> {
     fn drive(&mut self, at: Time, command: DriveCommand) {
         self.watch.drive(at, command);
-        self.mean_rates.note_drive(command.mode());
+        self.mean_rates.note_drive(at, command);
         if command.mode().is_some() {
             self.tracker.end_rest();
         }
@@ -277,16 +216,15 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
         let clock = self.watch.clock();
         let motions = self.watch.motions(clock.max(frame.exposed_at));
         // Written out, since the tracker changes meanwhile.
-        let process =
-            RandomWalk { tuning: &self.random_walk, motions, mean_rate_rad_s: self.mean_rates.rad_s };
+        let process = RandomWalk { tuning: &self.random_walk, motions, mean_rates: &self.mean_rates };
         let from = self.tracker.newest_at().min(frame.exposed_at);
         let (motion, disputed) = (motions.throughout(from), self.watch.disputes_quiet(clock));
         let context = FrameContext { clock, quiet: motion == Motion::Quiet, disputed };
         let innovation = self.tracker.update(frame, context, &process);
         self.watch.note_rest(self.tracker.is_resting(), self.tracker.newest_at(), clock);
         if self.random_walk.returns_to_mean {
-            let settled_at = self.watch.motions(clock).piece(clock).begun.plus_nanos(TRANSITION_NANOS);
-            self.mean_rates.note_frame(&innovation, self.watch.applied.mode(), settled_at);
+            let begun = self.watch.motions(clock).piece(clock).begun;
+            self.mean_rates.note_frame(&innovation, self.watch.applied.mode(), begun);
         }
         innovation
     }

@@ -74,6 +74,7 @@ use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filters::checkpoints::{Checkpoints, KICKS_PER_SAMPLE};
 use crate::filters::kick_use::KickUse;
 use crate::filters::kicks_kept::kicks_kept;
+use crate::filters::mean_rate::MeanRates;
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::MotionWatch;
 use crate::{
@@ -114,6 +115,7 @@ pub struct ImpactAided<T> {
     tracker: Tracker<T>,
     kicks: ImpactKicks<T>,
     kick_use: KickUse,
+    mean_rates: MeanRates<T>,
     heights: ImpactHeights<T>,
     /// The track after all kicks; `None` if there are none after the last frame.
     propagated: Option<State<T>>,
@@ -135,6 +137,7 @@ macro_rules! process {
             kicks: &$filter.kicks,
             checkpoints: &$filter.checkpoints,
             motions: $filter.watch.motions($now),
+            mean_rates: &$filter.mean_rates,
             taken_since: $filter.kick_use.since,
             unseen: {
                 let (detector, drive) = (&$filter.detector, $filter.watch.applied);
@@ -154,6 +157,7 @@ impl<T: Real> ImpactAided<T> {
             tracker: Tracker::new(tuning.constant_rate.track),
             kicks: Deque::new(),
             kick_use: KickUse::new(),
+            mean_rates: MeanRates::new(),
             heights: ImpactHeights::new(),
             propagated: None,
             renewed: None,
@@ -357,6 +361,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     fn drive(&mut self, at: Time, command: DriveCommand) {
         self.watch.drive(at, command);
         self.review_kick_use(at, false);
+        self.mean_rates.note_drive(at, command);
         if command.mode().is_some() {
             self.tracker.end_rest();
         }
@@ -393,6 +398,11 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         let contradicted = self.tracker.take_contradiction();
         self.review_kick_use(clock, contradicted);
         self.watch.note_rest(self.tracker.is_resting(), self.tracker.newest_at(), clock);
+        if self.tuning.constant_rate.random_walk.returns_to_mean {
+            let begun = self.watch.motions(clock).piece(clock).begun;
+            let mode = self.watch.applied.mode().filter(|_| !self.kick_use.taken);
+            self.mean_rates.note_frame(&innovation, mode, begun);
+        }
         if self.watch.noise_m_s() != self.tuning.detector.noise_m_s {
             self.use_learnt_noise();
         }

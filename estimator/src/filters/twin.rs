@@ -136,6 +136,7 @@ use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason, ResonanceOffset};
 use crate::filters::checkpoints::Checkpoints;
 use crate::filters::kick_use::KickUse;
+use crate::filters::mean_rate::MeanRates;
 use crate::innovation::{ImpactInnovation, Innovation};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
@@ -177,6 +178,7 @@ pub struct TwinFilter<T: Real> {
     tracker: Tracker<T, RotorCovariance<T>>,
     kicks: KickRecords<T>,
     kick_use: KickUse,
+    mean_rates: MeanRates<T>,
     /// Strength of the walk while no kicks are taken.
     walk: WalkStrength<T>,
     /// The track after all kicks; `None` if there are none after the last frame.
@@ -214,6 +216,7 @@ impl<T: Real> TwinFilter<T> {
             tracker: Tracker::new(tuning.without_stator.constant_rate.track),
             kicks: KickRecords::new(),
             kick_use: KickUse::new(),
+            mean_rates: MeanRates::new(),
             walk: WalkStrength::expected(),
             propagated: None,
             renewed: None,
@@ -264,6 +267,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             self.stator_follows = true;
         }
         self.drive = command;
+        self.mean_rates.note_drive(at, command);
         self.watch.drive(at, command);
         self.review_kick_use(at);
         if command.mode().is_some() {
@@ -338,6 +342,11 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             self.walk.learn(motion, square, share);
         }
         self.watch.note_rest(self.tracker.is_resting(), self.tracker.newest_at(), clock);
+        if self.tuning.without_stator.constant_rate.random_walk.returns_to_mean {
+            let begun = self.watch.motions(clock).piece(clock).begun;
+            let mode = self.drive.mode().filter(|_| !self.kick_use.taken);
+            self.mean_rates.note_frame(&innovation, mode, begun);
+        }
         if self.watch.noise_m_s() != self.tuning.detector.noise_m_s {
             self.use_learnt_noise();
         }

@@ -33,6 +33,10 @@ use crate::vibrometer::calibration::Calibration;
 use crate::vibrometer::motion_history::{MotionHistory, Motions, NEVER};
 use crate::vibrometer::rest::{RestDetector, RestTuning, quiet_m2_s2};
 
+/// Time in which friction stops a quiet rotor, in ns: it slides by less than its rate times that, from 25 rad/s also
+/// with half the nominal friction.
+pub(crate) const STOPPING_NANOS: u64 = 25_000_000;
+
 /// What moves the rotor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {

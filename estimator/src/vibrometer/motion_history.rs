@@ -22,7 +22,7 @@ use crate::vibrometer::motion::Motion;
 const ENDED_KEPT: usize = 6;
 
 /// The end of a piece that has not ended.
-pub(super) const NEVER: Time = Time::from_nanos(u64::MAX);
+pub(crate) const NEVER: Time = Time::from_nanos(u64::MAX);
 
 /// A time with one motion.
 #[derive(Clone, Copy, Debug)]

@@ -1,5 +1,5 @@
-//! A camera of 60 frames a second that come 20 ms late, beside a vibrometer: when a frame arrives, the next one's
-//! exposure is 37 ms ago, and in that time up to 160 impacts have kicked the rotor.
+//! A camera of 60 frames a second, which may come 20 ms late. When such a frame arrives, the next one's exposure is 37
+//! ms ago, and in that time up to 160 impacts have kicked the rotor.
 
 use std::path::Path;
 
@@ -9,15 +9,22 @@ use rayon::prelude::*;
 use simulation::math::count::real;
 use simulation::runs::rate;
 
-const CAMERA: [(&str, &str); 2] = [("camera.frame_rate_hz", "60"), ("camera.latency_s", "0.02")];
+const SLOW: (&str, &str) = ("camera.frame_rate_hz", "60");
+const SLOW_AND_LATE: [(&str, &str); 2] = [SLOW, ("camera.latency_s", "0.02")];
 
 /// Root mean square error of the angle in degrees, over motors, while a rate is held for a second.
-fn rms_deg(filter: &str, deg_s: &str, motor: Option<&Path>, seeds: &[&str]) -> f64 {
+fn rms_deg(
+    instruments: &[(&str, &str)],
+    filter: &str,
+    deg_s: &str,
+    motor: Option<&Path>,
+    seeds: &[&str],
+) -> f64 {
     let square_mdeg2 = |seed: &&str| {
         let mut scene = load(motor, &[]).expect("a scene of the gallery");
         let of_run =
             [("estimator.filter", filter), ("rate.deg_s", deg_s), ("rate.duration_s", "1"), ("seed", *seed)];
-        for (key, value) in of_run.iter().chain(&CAMERA) {
+        for (key, value) in of_run.iter().chain(instruments) {
             scene.set(key, value).expect("a key and its value");
         }
         let rms_mdeg = rate::run(&scene, |_| ()).expect("a run").estimate_rms_mdeg.expect("estimates");
@@ -27,15 +34,15 @@ fn rms_deg(filter: &str, deg_s: &str, motor: Option<&Path>, seeds: &[&str]) -> f
     1e-3 * math::sqrt(sum_mdeg2 / real(seeds.len()))
 }
 
-/// The filter that is called best is the most accurate one, and the twin is. By the camera alone the rotor may have
-/// gained `sqrt(q t)` of rate, 10 rad/s by the kicks' 3000 rad^2/s^3 of mode B in 37 ms: more than 10 degrees. The twin
-/// knows a kick to a tenth: a degree.
+/// The filter that is called best is the most accurate one, and the twin is: it knows a kick to a tenth. By the camera
+/// alone the rate is known to 10 rad/s while it goes to the mean of another drive, and only within 12 ms of it.
 #[test]
 fn law_the_twin_bridges_the_time_between_late_frames() {
     let seeds = ["61", "62", "63", "64"];
     for deg_s in ["50", "200"] {
-        let [best, alone] = ["best", "constant_rate"].map(|filter| rms_deg(filter, deg_s, None, &seeds));
-        assert!(best < 1.0 && alone > 5.0, "{deg_s} deg/s: {best} and {alone} degrees");
+        let [best, alone] =
+            ["best", "constant_rate"].map(|filter| rms_deg(&SLOW_AND_LATE, filter, deg_s, None, &seeds));
+        assert!(best < 1.0 && best < alone, "{deg_s} deg/s: {best} and {alone} degrees");
     }
 }
 
@@ -44,7 +51,19 @@ fn law_the_twin_bridges_the_time_between_late_frames() {
 #[test]
 fn law_of_a_tilting_rotor_the_twin_knows_no_less_than_the_camera() {
     let tilting = Some(Path::new("set_f_plant"));
-    let [best, alone] =
-        ["best", "constant_rate"].map(|filter| rms_deg(filter, "200", tilting, &["61", "62"]));
+    let [best, alone] = ["best", "constant_rate"]
+        .map(|filter| rms_deg(&SLOW_AND_LATE, filter, "200", tilting, &["61", "62"]));
     assert!(best < alone, "{best} and {alone} degrees");
+}
+
+/// Without a vibrometer a slow rate is held by drives that are weak and short. Each brings the rate to the mean of its
+/// amplitude, of 3 rad/s at most: in two frames the rotor turns by 6 degrees less than that. A filter that expects the
+/// mean of a full drive, 16 rad/s, is 13 rad/s off, within a frame by 12 degrees.
+#[test]
+fn law_a_weak_drive_is_not_taken_for_a_full_one() {
+    let instruments = [SLOW, ("ldv.installed", "no")];
+    for motor in [None, Some(Path::new("set_f_plant"))] {
+        let error_deg = rms_deg(&instruments, "best", "50", motor, &["61", "62", "63", "64"]);
+        assert!(error_deg < 6.0, "{motor:?}: {error_deg} degrees");
+    }
 }

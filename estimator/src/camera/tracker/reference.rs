@@ -47,6 +47,7 @@ use crate::camera::track::{State, Track};
 use crate::camera::track_covariance::TrackCovariance;
 use crate::innovation::{Innovation, Verdict};
 use crate::measurement::CameraFrame;
+use crate::vibrometer::motion::STOPPING_NANOS;
 
 /// What the angle counts from.
 #[derive(Clone, Copy, Debug)]
@@ -93,10 +94,6 @@ impl<T: Real, B: TrackCovariance<T>> Reference<T, B> {
 }
 
 impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
-    /// Time in which friction stops a quiet rotor, in s: it slides by less than its rate times that, from 25 rad/s also
-    /// with half the nominal friction.
-    const STOPPING_S: f64 = 0.025;
-
     /// Whether a quiet rotor that `frame` shows, with an innovation of `variance_rad2`, is further from where the track
     /// was before it than friction lets it slide: beyond six standard deviations of where it may have stopped. Never
     /// where the prediction is certain to three degrees.
@@ -112,7 +109,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         else {
             return false;
         };
-        let stopping_s = T::from_f64(Self::STOPPING_S);
+        let stopping_s = Time::from_nanos(STOPPING_NANOS).seconds_since(Time::ZERO);
         let turned_rad: T = frame.angle.minus(angle.angle()).wrapped().radians_since(Angle::ZERO);
         let beyond_rad = turned_rad.abs() - rate_rad_s.abs() * stopping_s;
         let [angle_rad2, ..] = covariance.moments_after(stopping_s);

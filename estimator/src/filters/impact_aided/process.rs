@@ -11,6 +11,7 @@ use crate::camera::track_covariance::{Carried, TrackCovariance};
 use crate::filters::checkpoints::Checkpoints;
 use crate::filters::kick::KickMoments;
 use crate::filters::kicks_kept::IMPACTS_KEPT_MAX;
+use crate::filters::mean_rate::MeanRates;
 use crate::vibrometer::motion::Motion;
 use crate::vibrometer::motion_history::{MotionPiece, Motions};
 use crate::vibrometer::next_impact::UnseenImpacts;
@@ -62,6 +63,7 @@ pub(super) struct KickedRate<'a, T> {
     pub(super) kicks: &'a ImpactKicks<T>,
     pub(super) checkpoints: &'a Checkpoints<T, AngleRateCovariance<T>>,
     pub(super) motions: Motions<'a>,
+    pub(super) mean_rates: &'a MeanRates<T>,
     /// Since when kicks are taken; before that the rate wanders as in [`crate::ConstantRate`].
     pub(super) taken_since: Time,
     pub(super) unseen: UnseenImpacts<'a, T>,
@@ -71,18 +73,19 @@ impl<T: Real> Wander<T> for KickedRate<'_, T> {
     /// While impacts are detected and kicks are taken only the kicks of those that are missed make the rate wander, and
     /// after the newest sample those of the impacts that may come.
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
-        let MotionPiece { motion, rested, mut until, .. } = self.motions.piece(at);
+        let mut piece = self.motions.piece(at);
+        let MotionPiece { motion, until, .. } = piece;
+        let random_walk = &self.tuning.constant_rate.random_walk;
         if motion != Motion::Quiet {
             if at < self.taken_since {
-                until = until.min(self.taken_since);
+                piece.until = until.min(self.taken_since);
             } else if let Some(unseen) = self.unseen.wandering(at) {
                 let [missed_b, missed_c] = self.tuning.missed_rad2_s3;
                 let intensity_rad2_s3 = motion.of(missed_b, missed_c, T::zero()) + unseen.intensity_rad2_s3;
-                return Wandering { intensity_rad2_s3, until: until.min(unseen.until) };
+                return Wandering { intensity_rad2_s3, until: until.min(unseen.until), ..unseen };
             }
         }
-        let random_walk = &self.tuning.constant_rate.random_walk;
-        Wandering { intensity_rad2_s3: random_walk.intensity_rad2_s3(motion, resting || rested), until }
+        self.mean_rates.wandering(random_walk, &piece, at, resting)
     }
 
     /// If there are no kicks. A rotor that lies still is not kicked.
@@ -207,6 +210,7 @@ mod tests {
                 kicks: &ImpactKicks::new(),
                 checkpoints: &Checkpoints::none(),
                 motions: Motions::always(Motion::Impacted(DriveMode::B)),
+                mean_rates: &MeanRates::new(),
                 taken_since: Time::ZERO,
                 unseen: tuning.next_impact.unseen(&detector, drive, true),
             };

@@ -31,7 +31,8 @@ impl<T: Real> TwinFilter<T> {
     /// Decides whether kicks are taken from `now` on. Those of a twin that is told parts of the truth always are.
     pub(super) fn review_kick_use(&mut self, now: Time) {
         let driven = self.drive.mode().is_some() && !self.told.is_told();
-        if self.kick_use.taken && driven && self.tracker.take_contradiction() {
+        let kicked = self.kick_use.taken && driven && !self.detector.has_fault();
+        if kicked && self.tracker.take_contradiction() {
             self.contradict(now);
         }
         let taken = !driven || (self.misfit.is_trusted() && self.kick_use.allows(now));

@@ -10,6 +10,7 @@ use crate::camera::process::{Jitter, Process, Wander, Wandering};
 use crate::camera::track::State;
 use crate::camera::track_covariance::Carried;
 use crate::filters::checkpoints::{Checkpoints, KICKS_PER_SAMPLE};
+use crate::filters::mean_rate::MeanRates;
 use crate::vibrometer::motion::Motion;
 use crate::vibrometer::motion_history::{MotionPiece, Motions};
 use crate::vibrometer::next_impact::UnseenImpacts;
@@ -20,6 +21,7 @@ pub(super) struct TwinProcess<'a, T> {
     pub(super) kicks: &'a KickRecords<T>,
     pub(super) checkpoints: &'a Checkpoints<T, RotorCovariance<T>>,
     pub(super) motions: Motions<'a>,
+    pub(super) mean_rates: &'a MeanRates<T>,
     /// Strength of the walk without kicks.
     pub(super) strength: &'a WalkStrength<T>,
     /// Since when kicks are taken; before that the rate wanders as in [`crate::ConstantRate`].
@@ -41,6 +43,7 @@ macro_rules! twin_process {
             kicks: &$filter.kicks,
             checkpoints: &$filter.checkpoints,
             motions: $filter.watch.motions($until),
+            mean_rates: &$filter.mean_rates,
             strength: &$filter.walk,
             taken_since: $filter.kick_use.since,
             unseen: next_impact.unseen(&$filter.detector, $filter.drive, $filter.kick_use.taken),
@@ -76,18 +79,19 @@ impl<T: Real> Wander<T> for TwinProcess<'_, T> {
     /// newest sample.
     #[inline]
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
-        let MotionPiece { motion, rested, mut until, .. } = self.motions.piece(at);
+        let mut piece = self.motions.piece(at);
+        let MotionPiece { motion, until, .. } = piece;
+        let random_walk = &self.tuning.without_stator.constant_rate.random_walk;
         if motion != Motion::Quiet {
             if at < self.taken_since {
-                until = until.min(self.taken_since);
+                piece.until = until.min(self.taken_since);
             } else if let Some(unseen) = self.unseen.wandering(at) {
                 return Wandering { until: until.min(unseen.until), ..unseen };
             }
         }
-        let random_walk = &self.tuning.without_stator.constant_rate.random_walk;
-        let intensity_rad2_s3 =
-            self.strength.under(motion) * random_walk.intensity_rad2_s3(motion, resting || rested);
-        Wandering { intensity_rad2_s3, until }
+        let mut wandering = self.mean_rates.wandering(random_walk, &piece, at, resting);
+        wandering.intensity_rad2_s3 *= self.strength.under(motion);
+        wandering
     }
 
     /// If there are no kicks.
@@ -215,38 +219,71 @@ mod tests {
     use crate::camera::angle_rate_covariance::AngleRateCovariance;
     use crate::camera::track_covariance::TrackCovariance as _;
     use crate::instruments::Instruments;
+    use crate::vibrometer::impact_detector::ImpactDetector;
     use crate::vibrometer::next_impact::tests::flying;
 
-    fn exact_state() -> State<f64> {
-        State {
-            at: Time::from_micros(1000),
-            angle: AngleAccumulator::at(Angle::ZERO),
-            rate_rad_s: 0.0,
-            covariance: AngleRateCovariance::diagonal(0.0, 0.0),
+    /// At 1 ms.
+    fn exact_state<B>(covariance: B) -> State<f64, B> {
+        let angle = AngleAccumulator::at(Angle::ZERO);
+        State { at: Time::from_micros(1000), angle, rate_rad_s: 0.0, covariance }
+    }
+
+    /// What a process refers to. All impacts are known until 4 ms, and a flight is believed for 0.2 ms more.
+    struct Known {
+        tuning: TwinTuning<f64>,
+        detector: ImpactDetector<f64>,
+        kicks: KickRecords<f64>,
+        checkpoints: Checkpoints<f64, RotorCovariance<f64>>,
+        mean_rates: MeanRates<f64>,
+        strength: WalkStrength<f64>,
+    }
+
+    impl Known {
+        /// With a kick at each of these times in us.
+        fn with_kicks(micros: impl IntoIterator<Item = u64>) -> Self {
+            let tuning = TwinTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
+            let mut kicks = KickRecords::new();
+            for at in micros {
+                kicks.push_back(KickRecord::of_unknown_sign(Time::from_micros(at), 1.0)).unwrap();
+            }
+            Self {
+                detector: flying(tuning.detector, Time::from_micros(4000), 0.03),
+                tuning,
+                kicks,
+                checkpoints: Checkpoints::none(),
+                mean_rates: MeanRates::new(),
+                strength: WalkStrength::expected(),
+            }
+        }
+
+        fn process(&self, motion: Motion, drive: DriveCommand, taken_since: Time) -> TwinProcess<'_, f64> {
+            TwinProcess {
+                tuning: &self.tuning,
+                kicks: &self.kicks,
+                checkpoints: &self.checkpoints,
+                motions: Motions::always(motion),
+                mean_rates: &self.mean_rates,
+                strength: &self.strength,
+                taken_since,
+                unseen: self.tuning.without_stator.next_impact.unseen(&self.detector, drive, true),
+                propagated: None,
+            }
         }
     }
 
-    /// Kicks are taken from 2 ms on, all impacts are known until 4 ms, and a flight is believed for 0.2 ms more. The
-    /// rate wanders for 1 ms before and 1 ms after. Between them only kicks change it, and those that may come: a rotor
-    /// that falls fast onto the teeth is struck by 4000 of 3.5 rad/s in a second, one high above by a two-hundredth.
+    /// Kicks are taken from 2 ms on. The rate wanders for 1 ms before, and for 1 ms after the flight is no longer
+    /// believed. Between them only kicks change it, and those that may come: a rotor that falls fast onto the teeth is
+    /// struck by 4000 of 3.5 rad/s in a second, one high above by a two-hundredth.
     #[test]
     fn exact_the_rate_wanders_where_kicks_are_not_known() {
-        let tuning = TwinTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
-        let next_impact = &tuning.without_stator.next_impact;
-        let walk = &tuning.without_stator.constant_rate.random_walk;
-        let high = flying(tuning.detector, Time::from_micros(4000), 0.03).moved(1e-4, 0.1);
+        let mut known = Known::with_kicks([]);
+        let walk = known.tuning.without_stator.constant_rate.random_walk;
+        let high = known.detector.moved(1e-4, 0.1);
         for (detector, ahead) in [(high, 240.0), (high.moved(0.0, -0.1), 48_000.0)] {
-            let process = TwinProcess {
-                tuning: &tuning,
-                kicks: &KickRecords::new(),
-                checkpoints: &Checkpoints::none(),
-                motions: Motions::always(Motion::Impacted(DriveMode::B)),
-                strength: &WalkStrength::expected(),
-                taken_since: Time::from_micros(2000),
-                unseen: next_impact.unseen(&detector, DriveCommand::full(DriveMode::B), true),
-                propagated: None,
-            };
-            let mut state = exact_state();
+            known.detector = detector;
+            let (mode, since) = (DriveMode::B, Time::from_micros(2000));
+            let process = known.process(Motion::Impacted(mode), DriveCommand::full(mode), since);
+            let mut state = exact_state(AngleRateCovariance::diagonal(0.0, 0.0));
             process.wander(&mut state, false, Time::from_micros(5200));
             let expected = 2e-3 * walk.impacted_b_rad2_s3 + 0.2e-3 * ahead;
             let own = state.covariance.rate_rad2_s2();
@@ -260,30 +297,12 @@ mod tests {
     /// A kick moves a rotor that slides on quiet teeth, and not one that lies still there.
     #[test]
     fn exact_a_rotor_that_lies_still_is_not_kicked() {
-        let tuning = TwinTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
-        let mut kicks = KickRecords::new();
-        kicks.push_back(KickRecord::of_unknown_sign(Time::from_micros(1500), 1.0)).unwrap();
-        let detector = flying(tuning.detector, Time::from_micros(4000), 0.03);
-        let process = TwinProcess {
-            tuning: &tuning,
-            kicks: &kicks,
-            checkpoints: &Checkpoints::none(),
-            motions: Motions::always(Motion::Quiet),
-            strength: &WalkStrength::expected(),
-            taken_since: Time::ZERO,
-            unseen: tuning.without_stator.next_impact.unseen(&detector, DriveCommand::OFF, true),
-            propagated: None,
-        };
-        let walk = &tuning.without_stator.constant_rate.random_walk;
+        let known = Known::with_kicks([1500]);
+        let process = known.process(Motion::Quiet, DriveCommand::OFF, Time::ZERO);
+        let walk = &known.tuning.without_stator.constant_rate.random_walk;
         for (resting, kick, per_s) in [(true, 0.0, walk.resting_rad2_s3), (false, 1.0, walk.sliding_rad2_s3)]
         {
-            let before = exact_state();
-            let mut state = State {
-                at: before.at,
-                angle: before.angle,
-                rate_rad_s: before.rate_rad_s,
-                covariance: RotorCovariance::begin(0.0, 0.0, None),
-            };
+            let mut state = exact_state(RotorCovariance::begin(0.0, 0.0, None));
             process.through_kicks(&mut state, resting, Time::from_micros(2000));
             let (own, expected) = (state.covariance.rate_rad2_s2(), kick + 1e-3 * per_s);
             assert!((own - expected).abs() < 1e-9 * (kick + expected), "{resting}: {own} {expected}");
@@ -293,32 +312,30 @@ mod tests {
     /// Of 40 kicks a sample passes 32; a rotor that lies still takes none, and is done at once.
     #[test]
     fn exact_a_rotor_that_lies_still_has_no_kicks_to_pass() {
-        let tuning = TwinTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
-        let mut kicks = KickRecords::new();
-        for n in 0..40 {
-            let kick = KickRecord::of_unknown_sign(Time::from_micros(1500 + n), 1.0);
-            kicks.push_back(kick).unwrap();
-        }
-        let detector = flying(tuning.detector, Time::from_micros(4000), 0.03);
-        let process = TwinProcess {
-            tuning: &tuning,
-            kicks: &kicks,
-            checkpoints: &Checkpoints::none(),
-            motions: Motions::always(Motion::Quiet),
-            strength: &WalkStrength::expected(),
-            taken_since: Time::ZERO,
-            unseen: tuning.without_stator.next_impact.unseen(&detector, DriveCommand::OFF, true),
-            propagated: None,
-        };
+        let known = Known::with_kicks(1500..1540);
+        let process = known.process(Motion::Quiet, DriveCommand::OFF, Time::ZERO);
         for (resting, done, reached) in [(true, true, 1000), (false, false, 1531)] {
-            let mut state = State {
-                at: Time::from_micros(1000),
-                angle: AngleAccumulator::at(Angle::ZERO),
-                rate_rad_s: 0.0,
-                covariance: RotorCovariance::begin(0.0, 0.0, None),
-            };
+            let mut state = exact_state(RotorCovariance::begin(0.0, 0.0, None));
             assert_eq!(process.go_on(&mut state, resting), done);
             assert_eq!(state.at, Time::from_micros(reached));
         }
+    }
+
+    /// With a slow camera the rate that wanders without kicks returns to the mean of its drive, and with kicks to none.
+    #[test]
+    fn exact_without_kicks_the_rate_returns_to_the_mean_of_its_drive() {
+        let mut known = Known::with_kicks([]);
+        known.tuning.without_stator.constant_rate.random_walk.returns_to_mean = true;
+        let (mode, since, until) = (DriveMode::B, Time::from_micros(3000), Time::from_micros(4000));
+        let process = known.process(Motion::Impacted(mode), DriveCommand::full(mode), since);
+        let mut state = exact_state(RotorCovariance::begin(0.0, 0.0, None));
+        process.wander(&mut state, false, until);
+        // Two of twelve milliseconds of the way to 16 rad/s.
+        let x: f64 = 2.0 / 12.0;
+        let expected = 16.0 * (1.0 - 1.0 / (1.0 + x + 0.5 * x * x));
+        assert!((state.rate_rad_s - expected).abs() < 1e-9, "{} {expected}", state.rate_rad_s);
+        let variance = state.covariance.rate_rad2_s2();
+        process.wander(&mut state, false, until);
+        assert_eq!(state.covariance.rate_rad2_s2().to_bits(), variance.to_bits());
     }
 }
