@@ -46,15 +46,14 @@ impl<T: Real> Jitter<T> {
 pub(crate) struct Wandering<T> {
     /// Its intensity, in rad^2/s^3.
     pub(crate) intensity_rad2_s3: T,
-    /// Until when it has this intensity.
+    /// Until when it has this intensity. Where the rate returns to a mean it has none: the piece ends where it begins.
     pub(crate) until: Time,
-    /// The mean to which the rate returns meanwhile, if it does.
-    pub(crate) returning: Option<ReturnToMean<T>>,
 }
 
-/// The rate returns to a mean: `rate' = (mean - rate) / T`, beside its random walk.
+/// A piece in which the rate returns to a mean: `rate' = (mean - rate) / T`, beside its random walk.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReturnToMean<T> {
+    pub(crate) walk: Wandering<T>,
     pub(crate) mean_rad_s: T,
     /// `1 / T`.
     pub(crate) per_s: T,
@@ -66,15 +65,16 @@ impl<T: Real> ReturnToMean<T> {
     /// Most steps of a time.
     const STEPS_MAX: u64 = 16;
 
-    /// Carries `state` to `until` by a random walk of `intensity_rad2_s3` and the return.
-    fn carry<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, until: Time, intensity_rad2_s3: T) {
+    /// Carries `state` to `until`, or to its end.
+    fn carry<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, until: Time) {
+        let until = until.min(self.walk.until);
         let step_nanos = self.third_nanos.max(until.nanos_since(state.at) / Self::STEPS_MAX);
         while until > state.at {
             let next = until.min(state.at.plus_nanos(step_nanos));
             let x: T = next.seconds_since::<T>(state.at) * self.per_s;
             // exp(-x) to third order in x, and positive for any x.
             let kept = T::one() / (T::one() + x + T::from_f64(0.5) * x * x);
-            state.propagate(next, intensity_rad2_s3);
+            state.propagate(next, self.walk.intensity_rad2_s3);
             state.rate_rad_s = self.mean_rad_s + (state.rate_rad_s - self.mean_rad_s) * kept;
             state.covariance.kick_rate(kept, T::zero());
         }
@@ -86,13 +86,18 @@ pub(crate) trait Wander<T: Real> {
     /// The random walk right after `at`.
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T>;
 
+    /// The piece right after `at` in which the rate returns to a mean, if it does.
+    fn returning(&self, _at: Time, _resting: bool) -> Option<ReturnToMean<T>> {
+        None
+    }
+
     /// Whether the rate only wanders from `at` on, without kicks.
     fn only_wanders(&self, at: Time, resting: bool) -> bool;
 
     /// Propagates `state` to `until`, if that is later.
     fn wander<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         let wandering = self.wandering(state.at, resting);
-        if wandering.until >= until && wandering.returning.is_none() {
+        if wandering.until >= until {
             state.propagate(until, wandering.intensity_rad2_s3);
         } else {
             self.wander_on(state, resting, until);
@@ -104,11 +109,11 @@ pub(crate) trait Wander<T: Real> {
     #[inline(never)]
     fn wander_on<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         while state.at < until {
-            let Wandering { intensity_rad2_s3, until: end, returning } = self.wandering(state.at, resting);
-            let end = until.min(end);
-            match returning {
-                Some(returning) => returning.carry(state, end, intensity_rad2_s3),
-                None => state.propagate(end, intensity_rad2_s3),
+            if let Some(returning) = self.returning(state.at, resting) {
+                returning.carry(state, until);
+            } else {
+                let wandering = self.wandering(state.at, resting);
+                state.propagate(until.min(wandering.until), wandering.intensity_rad2_s3);
             }
         }
     }
@@ -135,8 +140,7 @@ pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>
     /// What `state` has become at `until`.
     fn predict(&self, state: &State<T, B>, resting: bool, until: Time) -> Estimate<T> {
         let wandering = self.wandering(state.at, resting);
-        let in_one_piece = wandering.until >= until && wandering.returning.is_none();
-        if in_one_piece && self.only_wanders(state.at, resting) {
+        if wandering.until >= until && self.only_wanders(state.at, resting) {
             state.predicted(until, wandering.intensity_rad2_s3, resting)
         } else {
             self.predict_by_carrying(state, resting, until)
@@ -167,9 +171,9 @@ mod tests {
             let (change, never) = (Time::from_nanos(1_000_000_000), Time::from_nanos(u64::MAX));
             let [first, then] = self.0;
             if at < change {
-                Wandering { intensity_rad2_s3: first, until: change, returning: None }
+                Wandering { intensity_rad2_s3: first, until: change }
             } else {
-                Wandering { intensity_rad2_s3: then, until: never, returning: None }
+                Wandering { intensity_rad2_s3: then, until: never }
             }
         }
 

@@ -35,13 +35,13 @@
 
 use motor_model::{DriveCommand, MotorParams, Real, Time};
 
-use crate::camera::process::{Process, Wander, Wandering};
+use crate::camera::process::{Process, ReturnToMean, Wander, Wandering};
 use crate::camera::track::State;
 use crate::camera::track_covariance::TrackCovariance;
 use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filters::mean_rate::MeanRates;
 use crate::vibrometer::motion::MotionWatch;
-use crate::vibrometer::motion_history::Motions;
+use crate::vibrometer::motion_history::{MotionPiece, Motions};
 use crate::{
     AngleFilter, CameraDescription, CameraFrame, Estimate, Health, ImpactInnovation, Innovation, Instruments,
     Jitter, LdvSample, Motion, RESTING_GROWTH_RAD2_S, Reason, RestTuning, TrackTuning,
@@ -140,6 +140,21 @@ impl<T: Real> RandomWalkTuning<T> {
         motion.of(self.impacted_b_rad2_s3, self.impacted_c_rad2_s3, quiet)
     }
 
+    /// Whether the rate returns to its mean; `resting` is whether the rotor lies still.
+    #[inline]
+    pub(crate) fn returns(&self, resting: bool) -> bool {
+        self.returns_to_mean && !resting
+    }
+
+    /// The random walk right after `at` in `piece`.
+    #[inline]
+    pub(crate) fn wandering(&self, piece: &MotionPiece, at: Time, resting: bool) -> Wandering<T> {
+        Wandering {
+            intensity_rad2_s3: self.intensity_rad2_s3(piece.motion, resting || piece.rested),
+            until: if self.returns(resting) { at } else { piece.until },
+        }
+    }
+
     pub(crate) fn jitter(&self, motion: Motion) -> Jitter<T> {
         motion.of(self.jitter_b, self.jitter_c, Jitter::none())
     }
@@ -154,7 +169,12 @@ struct RandomWalk<'a, T> {
 
 impl<T: Real> Wander<T> for RandomWalk<'_, T> {
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
-        self.mean_rates.wandering(self.tuning, &self.motions.piece(at), at, resting)
+        self.tuning.wandering(&self.motions.piece(at), at, resting)
+    }
+
+    fn returning(&self, at: Time, resting: bool) -> Option<ReturnToMean<T>> {
+        let piece = Some(self.motions.piece(at)).filter(|_| self.tuning.returns(resting))?;
+        Some(self.mean_rates.returning(&piece, at, self.tuning.wandering(&piece, at, resting)))
     }
 
     fn only_wanders(&self, _at: Time, _resting: bool) -> bool {

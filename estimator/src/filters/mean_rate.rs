@@ -29,7 +29,6 @@
 use motor_model::{DriveCommand, DriveMode, Real, Time};
 
 use crate::camera::process::{ReturnToMean, Wandering};
-use crate::filters::constant_rate::RandomWalkTuning;
 use crate::innovation::{Innovation, Verdict};
 use crate::vibrometer::motion::{Motion, STOPPING_NANOS};
 use crate::vibrometer::motion_history::{MotionPiece, NEVER};
@@ -100,27 +99,20 @@ impl<T: Real> MeanRates<T> {
         [full_b * b, full_c * c * c]
     }
 
-    /// How the rate wanders right after `at` in `piece`, as far as the camera alone shows. `resting` is whether the
-    /// rotor lies still.
-    #[inline]
-    pub(super) fn wandering(
-        &self,
-        tuning: &RandomWalkTuning<T>,
-        piece: &MotionPiece,
-        at: Time,
-        resting: bool,
-    ) -> Wandering<T> {
-        let intensity_rad2_s3 = tuning.intensity_rad2_s3(piece.motion, resting || piece.rested);
-        let wandering = Wandering { intensity_rad2_s3, until: piece.until, returning: None };
-        if tuning.returns_to_mean && !resting { self.returning(wandering, piece, at) } else { wandering }
-    }
-
-    /// The same while the rate returns to the mean of `piece`.
+    /// How the rate returns right after `at` in `piece`, as far as the camera alone shows. `walk` is that piece of its
+    /// random walk.
     #[cold]
-    fn returning(&self, wandering: Wandering<T>, piece: &MotionPiece, at: Time) -> Wandering<T> {
+    pub(super) fn returning(&self, piece: &MotionPiece, at: Time, mut walk: Wandering<T>) -> ReturnToMean<T> {
         let stopped_at = piece.begun.plus_nanos(STOPPING_NANOS);
+        walk.until = piece.until;
         if piece.motion == Motion::Quiet && at < stopped_at {
-            return Wandering { until: wandering.until.min(stopped_at), ..wandering };
+            walk.until = piece.until.min(stopped_at);
+            return ReturnToMean {
+                walk,
+                mean_rad_s: T::zero(),
+                per_s: T::zero(),
+                third_nanos: STOPPING_NANOS,
+            };
         }
         let [mean_b, mean_c] = self.rad_s();
         let driven_rad_s = piece.motion.of(mean_b, mean_c, T::zero());
@@ -131,19 +123,19 @@ impl<T: Real> MeanRates<T> {
         } else {
             (self.on_at, NEVER, driven_rad_s)
         };
+        walk.until = piece.until.min(end);
         let of_b = (T::from_f64(1.0 / CORRELATION_B_S), THIRD_B_NANOS);
         let of_c = (T::from_f64(1.0 / CORRELATION_C_S), THIRD_C_NANOS);
-        let (mut until, mut intensity_rad2_s3) = (piece.until.min(end), wandering.intensity_rad2_s3);
         let settled_at = begun.max(piece.begun).plus_nanos(TRANSITION_NANOS);
         let (per_s, third_nanos) = if at < settled_at && piece.motion != Motion::Quiet {
             // The mean of the mode before, of the next one, or between them: not known to some ten rad/s.
-            (until, intensity_rad2_s3) = (until.min(settled_at), T::from_f64(TRANSITION) * intensity_rad2_s3);
+            walk.intensity_rad2_s3 *= T::from_f64(TRANSITION);
+            walk.until = walk.until.min(settled_at);
             of_b
         } else {
             piece.motion.of(of_b, of_c, of_b)
         };
-        let returning = Some(ReturnToMean { mean_rad_s, per_s, third_nanos });
-        Wandering { intensity_rad2_s3, until, returning }
+        ReturnToMean { walk, mean_rad_s, per_s, third_nanos }
     }
 
     /// The drive is `command` from `at` on.
@@ -186,6 +178,7 @@ impl<T: Real> MeanRates<T> {
 mod tests {
     use super::*;
     use crate::CameraDescription;
+    use crate::filters::constant_rate::RandomWalkTuning;
     use crate::innovation::Source;
 
     fn used(millis: u64, innovation_rad: f64) -> Innovation<f64> {
@@ -284,17 +277,15 @@ mod tests {
             (millis(130), millis(180), 16.0, transition),
             (millis(180), NEVER, 16.0, settled),
         ] {
-            let own = means.wandering(&tuning, &piece, at, false);
-            let found = (own.until, own.returning.unwrap().mean_rad_s, own.intensity_rad2_s3);
+            let own = means.returning(&piece, at, tuning.wandering(&piece, at, false));
+            let found = (own.walk.until, own.mean_rad_s, own.walk.intensity_rad2_s3);
             assert_eq!(found, (until, mean_rad_s, intensity_rad2_s3), "{at:?}");
-            assert!(means.wandering(&tuning, &piece, at, true).returning.is_none());
         }
         let quiet = MotionPiece { motion: Motion::Quiet, begun: millis(200), ..piece };
-        let [sliding, stopped] = [200, 225].map(|at| means.wandering(&tuning, &quiet, millis(at), false));
-        assert!(sliding.until == millis(225) && sliding.returning.is_none(), "{sliding:?}");
-        assert_eq!(stopped.returning.unwrap().mean_rad_s.to_bits(), 0);
-        for slid in [sliding, stopped] {
-            assert_eq!(slid.intensity_rad2_s3.to_bits(), tuning.sliding_rad2_s3.to_bits());
+        for (at, until, per_s) in [(200, millis(225), 0.0), (225, NEVER, 1.0 / CORRELATION_B_S)] {
+            let own = means.returning(&quiet, millis(at), tuning.wandering(&quiet, millis(at), false));
+            let found = (own.walk.until, own.mean_rad_s, own.per_s, own.walk.intensity_rad2_s3);
+            assert_eq!(found, (until, 0.0, per_s, tuning.sliding_rad2_s3), "{at}");
         }
     }
 }

@@ -159,7 +159,7 @@ impl<T: Real> UnseenImpacts<'_, T> {
     #[inline]
     pub(crate) fn wandering(&self, at: Time) -> Option<Wandering<T>> {
         if at < self.known_until {
-            Some(Wandering { intensity_rad2_s3: T::zero(), until: self.known_until, returning: None })
+            Some(Wandering { intensity_rad2_s3: T::zero(), until: self.known_until })
         } else {
             self.covers(at).then(|| self.may_come(at))
         }
@@ -181,7 +181,7 @@ impl<T: Real> UnseenImpacts<'_, T> {
         };
         let part = if within_reach { T::one() } else { T::from_f64(OUT_OF_REACH) };
         let intensity_rad2_s3 = part * tuning.intensity_rad2_s3(detector, drive);
-        Wandering { intensity_rad2_s3, until, returning: None }
+        Wandering { intensity_rad2_s3, until }
     }
 }
 

@@ -16,11 +16,7 @@ struct Walk;
 
 impl Wander<f64> for Walk {
     fn wandering(&self, _at: Time, resting: bool) -> Wandering<f64> {
-        Wandering {
-            intensity_rad2_s3: if resting { 0.0 } else { 3200.0 },
-            until: Time::from_nanos(u64::MAX),
-            returning: None,
-        }
+        Wandering { intensity_rad2_s3: if resting { 0.0 } else { 3200.0 }, until: Time::from_nanos(u64::MAX) }
     }
 
     fn only_wanders(&self, _at: Time, _resting: bool) -> bool {

@@ -5,7 +5,7 @@ use motor_model::{Real, Time};
 
 use super::ImpactAidedTuning;
 use crate::camera::angle_rate_covariance::AngleRateCovariance;
-use crate::camera::process::{Jitter, Process, Wander, Wandering};
+use crate::camera::process::{Jitter, Process, ReturnToMean, Wander, Wandering};
 use crate::camera::track::State;
 use crate::camera::track_covariance::{Carried, TrackCovariance};
 use crate::filters::checkpoints::Checkpoints;
@@ -74,18 +74,19 @@ impl<T: Real> Wander<T> for KickedRate<'_, T> {
     /// after the newest sample those of the impacts that may come.
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
         let mut piece = self.motions.piece(at);
-        let MotionPiece { motion, until, .. } = piece;
-        let random_walk = &self.tuning.constant_rate.random_walk;
-        if motion != Motion::Quiet {
-            if at < self.taken_since {
-                piece.until = until.min(self.taken_since);
-            } else if let Some(unseen) = self.unseen.wandering(at) {
-                let [missed_b, missed_c] = self.tuning.missed_rad2_s3;
-                let intensity_rad2_s3 = motion.of(missed_b, missed_c, T::zero()) + unseen.intensity_rad2_s3;
-                return Wandering { intensity_rad2_s3, until: until.min(unseen.until), ..unseen };
-            }
+        if let Some(known) = self.known(&mut piece, at) {
+            return known;
         }
-        self.mean_rates.wandering(random_walk, &piece, at, resting)
+        self.tuning.constant_rate.random_walk.wandering(&piece, at, resting)
+    }
+
+    fn returning(&self, at: Time, resting: bool) -> Option<ReturnToMean<T>> {
+        let random_walk = &self.tuning.constant_rate.random_walk;
+        let mut piece = Some(self.motions.piece(at)).filter(|_| random_walk.returns(resting))?;
+        if self.known(&mut piece, at).is_some() {
+            return None;
+        }
+        Some(self.mean_rates.returning(&piece, at, random_walk.wandering(&piece, at, resting)))
     }
 
     /// If there are no kicks. A rotor that lies still is not kicked.
@@ -96,6 +97,24 @@ impl<T: Real> Wander<T> for KickedRate<'_, T> {
 }
 
 impl<T: Real> KickedRate<'_, T> {
+    /// How the rate wanders right after `at` in `piece` where all kicks are known. Where they are not, the piece ends
+    /// when they are taken.
+    #[inline]
+    fn known(&self, piece: &mut MotionPiece, at: Time) -> Option<Wandering<T>> {
+        if piece.motion == Motion::Quiet {
+            return None;
+        }
+        if at < self.taken_since {
+            piece.until = piece.until.min(self.taken_since);
+            return None;
+        }
+        let unseen = self.unseen.wandering(at)?;
+        let [missed_b, missed_c] = self.tuning.missed_rad2_s3;
+        let missed_rad2_s3 = piece.motion.of(missed_b, missed_c, T::zero());
+        let intensity_rad2_s3 = missed_rad2_s3 + unseen.intensity_rad2_s3;
+        Some(Wandering { intensity_rad2_s3, until: piece.until.min(unseen.until) })
+    }
+
     /// Carries the state to `until`, through the kicks up to it.
     fn through_kicks<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         if !self.only_wanders(state.at, resting) {

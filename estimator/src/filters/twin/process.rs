@@ -6,7 +6,7 @@ use super::kick_record::{KickRecords, RotorState};
 use super::rotor::{KickedCovariance, RotorCovariance};
 use super::tuning::TwinTuning;
 use super::walk_strength::WalkStrength;
-use crate::camera::process::{Jitter, Process, Wander, Wandering};
+use crate::camera::process::{Jitter, Process, ReturnToMean, Wander, Wandering};
 use crate::camera::track::State;
 use crate::camera::track_covariance::Carried;
 use crate::filters::checkpoints::{Checkpoints, KICKS_PER_SAMPLE};
@@ -80,18 +80,19 @@ impl<T: Real> Wander<T> for TwinProcess<'_, T> {
     #[inline]
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
         let mut piece = self.motions.piece(at);
-        let MotionPiece { motion, until, .. } = piece;
-        let random_walk = &self.tuning.without_stator.constant_rate.random_walk;
-        if motion != Motion::Quiet {
-            if at < self.taken_since {
-                piece.until = until.min(self.taken_since);
-            } else if let Some(unseen) = self.unseen.wandering(at) {
-                return Wandering { until: until.min(unseen.until), ..unseen };
-            }
+        if let Some(known) = self.known(&mut piece, at) {
+            return known;
         }
-        let mut wandering = self.mean_rates.wandering(random_walk, &piece, at, resting);
-        wandering.intensity_rad2_s3 *= self.strength.under(motion);
-        wandering
+        self.by_the_camera(&piece, at, resting)
+    }
+
+    fn returning(&self, at: Time, resting: bool) -> Option<ReturnToMean<T>> {
+        let random_walk = &self.tuning.without_stator.constant_rate.random_walk;
+        let mut piece = Some(self.motions.piece(at)).filter(|_| random_walk.returns(resting))?;
+        if self.known(&mut piece, at).is_some() {
+            return None;
+        }
+        Some(self.mean_rates.returning(&piece, at, self.by_the_camera(&piece, at, resting)))
     }
 
     /// If there are no kicks.
@@ -102,6 +103,29 @@ impl<T: Real> Wander<T> for TwinProcess<'_, T> {
 }
 
 impl<T: Real> TwinProcess<'_, T> {
+    /// How the rate wanders right after `at` in `piece` where all kicks are known. Where they are not, the piece ends
+    /// when they are taken.
+    #[inline]
+    fn known(&self, piece: &mut MotionPiece, at: Time) -> Option<Wandering<T>> {
+        if piece.motion == Motion::Quiet {
+            return None;
+        }
+        if at < self.taken_since {
+            piece.until = piece.until.min(self.taken_since);
+            return None;
+        }
+        let unseen = self.unseen.wandering(at)?;
+        Some(Wandering { until: piece.until.min(unseen.until), ..unseen })
+    }
+
+    /// The random walk right after `at` in `piece` where kicks are not known.
+    #[inline]
+    fn by_the_camera(&self, piece: &MotionPiece, at: Time, resting: bool) -> Wandering<T> {
+        let mut walk = self.tuning.without_stator.constant_rate.random_walk.wandering(piece, at, resting);
+        walk.intensity_rad2_s3 *= self.strength.under(piece.motion);
+        walk
+    }
+
     fn is_after(&self, kick: usize, at: Time) -> bool {
         self.kicks.get(kick).is_some_and(|kick| kick.at > at)
     }
