@@ -7,8 +7,8 @@
 //! ```text
 //! at its end:     d > 5 s     the rotor turns, however slowly: the mean rate is d over the window
 //!                 d < -5 s    it turns the wrong way
-//!                 m < 5 s     not known well enough to tell: the window goes on
-//!                 else        it is stuck
+//!                 m < 10 s    not known well enough to tell: the window goes on
+//!                 else        it is stuck: it turned by 5 s less than the map says at least
 //! before its end: d < -1 degree and d < -5 s    it turns the wrong way
 //! ```
 //!
@@ -72,8 +72,9 @@ impl ProgressWindow {
         let direction = if rate_rad_s < 0.0 { -1.0 } else { 1.0 };
         let expected_rad = || rate_rad_s * now.seconds_since::<f32>(self.since);
         let turned_rad = direction * estimate.angle.radians_since::<f32>(self.from);
-        let limit_rad2 = SIGNIFICANT_SIGMAS * SIGNIFICANT_SIGMAS * (self.from_rad2 + estimate.angle_rad2);
-        let significant = turned_rad * turned_rad > limit_rad2;
+        let variance_rad2 = self.from_rad2 + estimate.angle_rad2;
+        let exceeds = |rad: f32, sigmas: f32| rad * rad > sigmas * sigmas * variance_rad2;
+        let significant = exceeds(turned_rad, SIGNIFICANT_SIGMAS);
         let over = self.is_over(window_nanos, now);
         if significant && turned_rad < 0.0 && (over || turned_rad < -WRONG_WAY_RAD) {
             WindowOutcome::WrongWay(-turned_rad / now.seconds_since::<f32>(self.since))
@@ -81,10 +82,10 @@ impl ProgressWindow {
             WindowOutcome::Open
         } else if significant {
             WindowOutcome::Turns(turned_rad / now.seconds_since::<f32>(self.since))
-        } else if expected_rad() * expected_rad() < limit_rad2 {
-            WindowOutcome::Open
-        } else {
+        } else if exceeds(expected_rad(), 2.0 * SIGNIFICANT_SIGMAS) {
             WindowOutcome::Stuck
+        } else {
+            WindowOutcome::Open
         }
     }
 }
@@ -112,15 +113,37 @@ mod tests {
         assert!(matches!(after(10_000, 1000.0), WindowOutcome::WrongWay(_)));
     }
 
-    /// Angles of 3 and 40 milli-degrees: the map's turn must exceed 0.2 degrees before the rotor can count as stuck.
+    /// Angles of 3 and 40 milli-degrees: the map's turn must exceed 0.4 degrees before the rotor can count as stuck.
     #[test]
     fn exact_a_wide_estimate_does_not_show_a_stuck_rotor() {
         let progress = ProgressWindow::from(Time::ZERO, &estimate(0.0, 3.0));
-        let limit_s = 5.0 * 1e-3 * 1609_f64.sqrt().to_radians() / 0.02;
+        let limit_s = 10.0 * 1e-3 * 1609_f64.sqrt().to_radians() / 0.02;
         for (part, outcome) in [(0.99, WindowOutcome::Open), (1.01, WindowOutcome::Stuck)] {
             let now = Time::from_nanos((1e9 * part * limit_s) as u64);
             assert!(now.nanos() > WINDOW_NANOS);
             assert_eq!(progress.outcome(0.02, WINDOW_NANOS, now, &estimate(0.0, 40.0)), outcome, "{part}");
+        }
+    }
+
+    /// A rotor that turns at the map's rate or at seven tenths of it never counts as stuck, however wide the estimate
+    /// is and however its error of up to two standard deviations lies.
+    #[test]
+    fn law_a_rotor_that_turns_is_not_stuck() {
+        for (part, error) in [(1.0, 0.0), (1.0, -2.0), (0.7, 0.0), (0.7, -1.9)] {
+            for sigma_mdeg in [1.0_f32, 40.0, 1000.0, 9000.0] {
+                let progress = ProgressWindow::from(Time::ZERO, &estimate(0.0, 0.0));
+                let outcomes = (1..=400_u64).map(|n| {
+                    let now = Time::from_nanos(n * WINDOW_NANOS / 50);
+                    let off_mdeg = error * f64::from(sigma_mdeg);
+                    let mdeg = part * 200e3 * now.seconds_since::<f64>(Time::ZERO) + off_mdeg;
+                    progress.outcome(200_f32.to_radians(), WINDOW_NANOS, now, &estimate(mdeg, sigma_mdeg))
+                });
+                let told = outcomes.into_iter().find(|outcome| *outcome != WindowOutcome::Open);
+                assert!(
+                    matches!(told, Some(WindowOutcome::Turns(_))),
+                    "{part} {error} {sigma_mdeg}: {told:?}"
+                );
+            }
         }
     }
 }
