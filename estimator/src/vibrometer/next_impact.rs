@@ -31,6 +31,8 @@ use motor_model::{DriveCommand, DriveMode, MotorParams, Parameter, Real, Time};
 
 use crate::camera::process::Wandering;
 use crate::vibrometer::impact_detector::ImpactDetector;
+use crate::vibrometer::motion::Motion;
+use crate::vibrometer::motion_history::MotionPiece;
 
 /// How long after the newest sample the flight is believed at least, in ns: longer than the longest latency of a loop,
 /// 160 us.
@@ -163,6 +165,26 @@ impl<T: Real> UnseenImpacts<'_, T> {
         } else {
             self.covers(at).then(|| self.may_come(at))
         }
+    }
+
+    /// The same in `piece`, of a filter that takes kicks since `taken_since`. A quiet rotor is not struck. Before kicks
+    /// are taken nothing is known of them, and the piece ends when they are.
+    #[inline]
+    pub(crate) fn wandering_in(
+        &self,
+        piece: &mut MotionPiece,
+        taken_since: Time,
+        at: Time,
+    ) -> Option<Wandering<T>> {
+        if piece.motion == Motion::Quiet {
+            return None;
+        }
+        if at < taken_since {
+            piece.until = piece.until.min(taken_since);
+            return None;
+        }
+        let unseen = self.wandering(at)?;
+        Some(Wandering { until: piece.until.min(unseen.until), ..unseen })
     }
 
     /// The same after the newest sample, while the flight is believed.

@@ -97,22 +97,14 @@ impl<T: Real> Wander<T> for KickedRate<'_, T> {
 }
 
 impl<T: Real> KickedRate<'_, T> {
-    /// How the rate wanders right after `at` in `piece` where all kicks are known. Where they are not, the piece ends
-    /// when they are taken.
+    /// How the rate wanders right after `at` in `piece` where all kicks are known but those that are missed. Where they
+    /// are not, the piece ends when they are taken.
     #[inline]
     fn known(&self, piece: &mut MotionPiece, at: Time) -> Option<Wandering<T>> {
-        if piece.motion == Motion::Quiet {
-            return None;
-        }
-        if at < self.taken_since {
-            piece.until = piece.until.min(self.taken_since);
-            return None;
-        }
-        let unseen = self.unseen.wandering(at)?;
+        let mut known = self.unseen.wandering_in(piece, self.taken_since, at)?;
         let [missed_b, missed_c] = self.tuning.missed_rad2_s3;
-        let missed_rad2_s3 = piece.motion.of(missed_b, missed_c, T::zero());
-        let intensity_rad2_s3 = missed_rad2_s3 + unseen.intensity_rad2_s3;
-        Some(Wandering { intensity_rad2_s3, until: piece.until.min(unseen.until) })
+        known.intensity_rad2_s3 += piece.motion.of(missed_b, missed_c, T::zero());
+        Some(known)
     }
 
     /// Carries the state to `until`, through the kicks up to it.

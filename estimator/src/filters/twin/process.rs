@@ -80,7 +80,7 @@ impl<T: Real> Wander<T> for TwinProcess<'_, T> {
     #[inline]
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
         let mut piece = self.motions.piece(at);
-        if let Some(known) = self.known(&mut piece, at) {
+        if let Some(known) = self.unseen.wandering_in(&mut piece, self.taken_since, at) {
             return known;
         }
         self.by_the_camera(&piece, at, resting)
@@ -89,7 +89,7 @@ impl<T: Real> Wander<T> for TwinProcess<'_, T> {
     fn returning(&self, at: Time, resting: bool) -> Option<ReturnToMean<T>> {
         let random_walk = &self.tuning.without_stator.constant_rate.random_walk;
         let mut piece = Some(self.motions.piece(at)).filter(|_| random_walk.returns(resting))?;
-        if self.known(&mut piece, at).is_some() {
+        if self.unseen.wandering_in(&mut piece, self.taken_since, at).is_some() {
             return None;
         }
         Some(self.mean_rates.returning(&piece, at, self.by_the_camera(&piece, at, resting)))
@@ -103,21 +103,6 @@ impl<T: Real> Wander<T> for TwinProcess<'_, T> {
 }
 
 impl<T: Real> TwinProcess<'_, T> {
-    /// How the rate wanders right after `at` in `piece` where all kicks are known. Where they are not, the piece ends
-    /// when they are taken.
-    #[inline]
-    fn known(&self, piece: &mut MotionPiece, at: Time) -> Option<Wandering<T>> {
-        if piece.motion == Motion::Quiet {
-            return None;
-        }
-        if at < self.taken_since {
-            piece.until = piece.until.min(self.taken_since);
-            return None;
-        }
-        let unseen = self.unseen.wandering(at)?;
-        Some(Wandering { until: piece.until.min(unseen.until), ..unseen })
-    }
-
     /// The random walk right after `at` in `piece` where kicks are not known.
     #[inline]
     fn by_the_camera(&self, piece: &MotionPiece, at: Time, resting: bool) -> Wandering<T> {
