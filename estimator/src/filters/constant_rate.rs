@@ -221,7 +221,9 @@ impl<T: Real> ConstantRate<T> {
 impl<T: Real> AngleFilter<T> for ConstantRate<T> {
     fn drive(&mut self, at: Time, command: DriveCommand) {
         self.watch.drive(at, command);
-        self.mean_rates.note_drive(at, command);
+        if self.random_walk.returns_to_mean {
+            self.mean_rates.note_drive(at, command);
+        }
         if command.mode().is_some() {
             self.tracker.end_rest();
         }

@@ -361,7 +361,9 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     fn drive(&mut self, at: Time, command: DriveCommand) {
         self.watch.drive(at, command);
         self.review_kick_use(at, false);
-        self.mean_rates.note_drive(at, command);
+        if self.tuning.constant_rate.random_walk.returns_to_mean {
+            self.mean_rates.note_drive(at, command);
+        }
         if command.mode().is_some() {
             self.tracker.end_rest();
         }

@@ -267,7 +267,9 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             self.stator_follows = true;
         }
         self.drive = command;
-        self.mean_rates.note_drive(at, command);
+        if self.tuning.without_stator.constant_rate.random_walk.returns_to_mean {
+            self.mean_rates.note_drive(at, command);
+        }
         self.watch.drive(at, command);
         self.review_kick_use(at);
         if command.mode().is_some() {

@@ -340,7 +340,7 @@ fn exact_the_rate_wanders_more_after_a_change_of_mode() {
         let angle = AngleAccumulator::at(Angle::ZERO);
         let mut state = State { at, angle, rate_rad_s: 1.0, covariance };
         filter.process_under(IMPACTED_B).carry(&mut state, false, at.plus_nanos(4_000_000));
-        let [mean_rad_s, _] = filter.mean_rates.rad_s();
+        let mean_rad_s = filter.mean_rates.rad_s(DriveMode::B, 1.0);
         let expected = [
             kept * kept * 4e-3 * factor * filter.random_walk.impacted_b_rad2_s3,
             mean_rad_s + kept * (1.0 - mean_rad_s),
