@@ -256,17 +256,14 @@ fn exact_a_train_is_driven_as_ordered() {
     assert_eq!((experimenter.response().cloned(), experimenter.number()), (response, 1));
 }
 
+const BURST: Experiment =
+    Experiment::Train { mode: DriveMode::C, amplitude: 1.0, offset_hz: 0.0, ticks: 9, count: 1 };
+
 /// A camera that is silent for two seconds and more ends it: a rotor that is not seen is not one that never rests.
 #[test]
 fn law_a_silent_camera_is_told_from_a_rotor_that_never_rests() {
     let (mut experimenter, mut now, estimate) = ready();
-    assert!(experimenter.order(Experiment::Train {
-        mode: DriveMode::C,
-        amplitude: 1.0,
-        offset_hz: 0.0,
-        ticks: 9,
-        count: 1
-    }));
+    assert!(experimenter.order(BURST));
     let wide = Health::Unusable(estimator::Reason::Uncertain);
     for tick in 0..500_000 {
         now = now.plus_nanos(crate::TICK_NANOS);

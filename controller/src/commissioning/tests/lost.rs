@@ -155,13 +155,7 @@ fn law_drives_that_lose_the_estimate_count_in_a_row() {
         experimenter.decide(now, Some(&estimate).filter(|_| seen), health);
     };
     for number in 0..30 {
-        assert!(experimenter.order(Experiment::Train {
-            mode: DriveMode::C,
-            amplitude: 1.0,
-            offset_hz: 0.0,
-            ticks: 9,
-            count: 1
-        }));
+        assert!(experimenter.order(BURST));
         while experimenter.phase() != ExperimentPhase::Bursting {
             tick(&mut experimenter, true);
         }
