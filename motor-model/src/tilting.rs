@@ -10,6 +10,7 @@
 //! | `hub` | the hole's two edges at the pin |
 //! | `stop` | optional floor under the rim and ceiling |
 //! | `contact`, `contact_set` | directions of a contact; all closed contacts solved together |
+//! | `all_pressing` | the normal impulses of contacts that all press: a rotor at rest |
 //! | `friction_circle`, `edge_pair` | friction of one contact; both edges of the hole at once |
 //! | `clearance` | a cheap test that nothing can be met in a step |
 //! | `located`, `end_of_step` | when contacts are found, and what a step then does |
@@ -18,6 +19,7 @@
 //!
 //! Inside, x, y and angles are counter-clockwise; rates of rotation are clockwise, as everywhere.
 
+mod all_pressing;
 mod clearance;
 mod contact;
 mod contact_set;

@@ -201,8 +201,14 @@ impl<T: Real> Direction<T> {
     /// Speed along it, `w`.
     #[inline]
     pub(super) fn speed(&self, velocities: &Velocities<T>) -> T {
-        let speed = self.rotor.dot(&velocities.rotor);
+        let speed = self.rotor_speed(&velocities.rotor);
         if self.moving { speed - self.surface_speed(velocities) } else { speed }
+    }
+
+    /// The part of a rotor that moves with `motion`.
+    #[inline]
+    pub(super) fn rotor_speed(&self, motion: &Twist<T>) -> T {
+        self.rotor.dot(motion)
     }
 
     /// Speed of the stator's surface along it.
@@ -214,21 +220,38 @@ impl<T: Real> Direction<T> {
     /// Applies an impulse.
     #[inline]
     pub(super) fn push(&self, impulse: T, mobility: &Mobility<T>, velocities: &mut Velocities<T>) {
-        let by = mobility.rotor.response(&self.rotor);
-        let rotor = &mut velocities.rotor;
-        rotor.rise += by.rise * impulse;
-        rotor.turn += by.turn * impulse;
-        rotor.shift += by.shift * impulse;
-        rotor.slope += by.slope * impulse;
+        self.push_rotor(impulse, mobility, &mut velocities.rotor);
         if self.on_stator {
             velocities.modes -= self.modes.component_mul(&mobility.modes) * impulse;
             velocities.stator_tilt -= self.stator_tilt * (mobility.stator_tilt * impulse);
         }
     }
 
-    /// Change of the speed along `self` per impulse along `other`, both on the rotor alone.
+    /// What an impulse does to the rotor.
+    #[inline]
+    pub(super) fn push_rotor(&self, impulse: T, mobility: &Mobility<T>, rotor: &mut Twist<T>) {
+        let by = mobility.rotor.response(&self.rotor);
+        rotor.rise += by.rise * impulse;
+        rotor.turn += by.turn * impulse;
+        rotor.shift += by.shift * impulse;
+        rotor.slope += by.slope * impulse;
+    }
+
+    /// Change of the speed along `self` per impulse along `other`.
     #[inline]
     pub(super) fn coupling(&self, other: &Self, mobility: &Mobility<T>) -> T {
+        let on_rotor = self.coupling_on_rotor(other, mobility);
+        if !(self.on_stator && other.on_stator) {
+            return on_rotor;
+        }
+        on_rotor
+            + self.modes.dot(&other.modes.component_mul(&mobility.modes))
+            + self.stator_tilt.dot(&other.stator_tilt) * mobility.stator_tilt
+    }
+
+    /// The same by the rotor's motion alone.
+    #[inline]
+    pub(super) fn coupling_on_rotor(&self, other: &Self, mobility: &Mobility<T>) -> T {
         self.rotor.dot(&mobility.rotor.response(&other.rotor))
     }
 }

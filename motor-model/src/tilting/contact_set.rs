@@ -6,10 +6,11 @@
 //! w+ = w- + D P,     0 <= P_i   perp   w_i+ + b_i >= 0,     b_i = e_i min(w_i-, 0)
 //! ```
 //!
-//! by projected Gauss-Seidel on the velocities themselves. The two edges of the hole share nearly the same line of
-//! action, which would converge slowly: they are one block, solved exactly. Several contacts with different
-//! restitutions could gain energy under Newton's rule. The gain is `sum P_i (w_i+ + w_i-) / 2`; where it is positive,
-//! the contacts are solved again without restitution, which minimises the energy.
+//! Up to four contacts that all press are one linear system (`all_pressing`). Others are solved by projected
+//! Gauss-Seidel on the velocities themselves. The two edges of the hole share nearly the same line of action, which
+//! would converge slowly: they are one block, solved exactly. Several contacts with different restitutions could gain
+//! energy under Newton's rule. The gain is `sum P_i (w_i+ + w_i-) / 2`; where it is positive, the contacts are solved
+//! again without restitution, which minimises the energy.
 //!
 //! Friction then takes up the slip `q` of each contact in both directions along its surface (Coulomb):
 //!
@@ -22,10 +23,12 @@
 
 use heapless::Vec;
 
+use super::all_pressing::{self, impulses_if_all_press};
 use super::contact::{Contact, ContactPlace, Mobility, PLACES, Velocities};
 use super::edge_pair::{push_edges, rub_edges};
 use super::energy::TiltingLedger;
 use super::friction_circle::within_circle;
+use super::rigid_body::Twist;
 use super::{TiltingContact, TiltingContacts};
 use crate::math::Real;
 
@@ -50,6 +53,8 @@ pub(super) struct Solved<T> {
     pub(super) bias: T,
     /// `P`.
     pub(super) normal_n_s: T,
+    /// Speed of the surface in both directions along it: friction does not change it.
+    surface: [T; 2],
     /// Slip of the rotor over the surface before friction.
     pub(super) slip: [T; 2],
     /// `T`.
@@ -77,6 +82,7 @@ impl<T: Real> ContactSet<T> {
             speed_after: speed,
             bias,
             normal_n_s: zero,
+            surface: [zero; 2],
             slip: [zero; 2],
             along_n_s: [zero; 2],
         };
@@ -161,6 +167,29 @@ impl<T: Real> ContactSet<T> {
             lower.speed_after = lower.contact.normal.speed(velocities);
             return;
         }
+        if first_edge.is_none()
+            && self.contacts.len() <= all_pressing::MOST
+            && let Some(impulses) = impulses_if_all_press(&self.contacts, mobility)
+        {
+            for (solved, impulse) in self.contacts.iter_mut().zip(impulses) {
+                solved.set_normal(impulse, mobility, velocities);
+            }
+        } else {
+            self.sweep_normals(mobility, velocities, both_edges, first_edge);
+        }
+        for solved in &mut self.contacts {
+            solved.speed_after = solved.contact.normal.speed(velocities);
+        }
+    }
+
+    /// Projected Gauss-Seidel.
+    pub(super) fn sweep_normals(
+        &mut self,
+        mobility: &Mobility<T>,
+        velocities: &mut Velocities<T>,
+        both_edges: bool,
+        first_edge: Option<usize>,
+    ) {
         for _ in 0..NORMAL_SWEEPS {
             let (mut largest, mut change) = (T::zero(), T::zero());
             for index in 0..self.contacts.len() {
@@ -181,9 +210,6 @@ impl<T: Real> ContactSet<T> {
                 break;
             }
         }
-        for solved in &mut self.contacts {
-            solved.speed_after = solved.contact.normal.speed(velocities);
-        }
     }
 
     /// Where the pair of edges begins, if both are closed: they are neighbours.
@@ -197,12 +223,13 @@ impl<T: Real> ContactSet<T> {
     fn solve_friction(&mut self, mobility: &Mobility<T>, velocities: &mut Velocities<T>) {
         let before = velocities.rotor;
         for solved in &mut self.contacts {
-            solved.slip = solved.contact.along.each_ref().map(|way| way.speed(velocities));
+            solved.surface = solved.contact.along.each_ref().map(|way| way.surface_speed(velocities));
+            solved.slip = solved.slip_of(&before);
         }
         let both = self.edges().is_some();
         if let ([upper, lower], true) = (self.contacts.as_mut_slice(), both) {
             rub_edges(upper, lower, mobility, velocities);
-            if self.friction_heat(velocities) < T::zero() {
+            if self.friction_heat(&velocities.rotor) < T::zero() {
                 velocities.rotor = before;
                 for solved in &mut self.contacts {
                     solved.along_n_s = [T::zero(); 2];
@@ -214,14 +241,14 @@ impl<T: Real> ContactSet<T> {
         for _ in 0..sweeps {
             let (mut largest, mut change) = (T::zero(), T::zero());
             for solved in &mut self.contacts {
-                change = max(change, solved.rub(mobility, velocities));
+                change = max(change, solved.rub(mobility, &mut velocities.rotor));
                 largest = max(largest, solved.contact.friction * solved.normal_n_s);
             }
             if change <= T::from_f64(FRICTION_SETTLED) * largest {
                 break;
             }
         }
-        if self.contacts.len() > 1 && self.friction_heat(velocities) < T::zero() {
+        if self.contacts.len() > 1 && self.friction_heat(&velocities.rotor) < T::zero() {
             velocities.rotor = before;
             for solved in &mut self.contacts {
                 solved.along_n_s = [T::zero(); 2];
@@ -230,9 +257,9 @@ impl<T: Real> ContactSet<T> {
     }
 
     /// Heat of friction, twice.
-    fn friction_heat(&self, velocities: &Velocities<T>) -> T {
+    fn friction_heat(&self, rotor: &Twist<T>) -> T {
         self.contacts.iter().fold(T::zero(), |sum, solved| {
-            let [first, second] = solved.contact.along.each_ref().map(|way| way.speed(velocities));
+            let [first, second] = solved.slip_of(rotor);
             let ([slip_0, slip_1], [t_0, t_1]) = (solved.slip, solved.along_n_s);
             sum - t_0 * (slip_0 + first) - t_1 * (slip_1 + second)
         })
@@ -266,8 +293,15 @@ impl<T: Real> Solved<T> {
         change.abs()
     }
 
+    /// Slip of a rotor that moves with `rotor`.
+    #[inline]
+    fn slip_of(&self, rotor: &Twist<T>) -> [T; 2] {
+        let ([first, second], [surface_0, surface_1]) = (&self.contact.along, self.surface);
+        [first.rotor_speed(rotor) - surface_0, second.rotor_speed(rotor) - surface_1]
+    }
+
     /// Corrects this contact's friction; returns the size of the change.
-    fn rub(&mut self, mobility: &Mobility<T>, velocities: &mut Velocities<T>) -> T {
+    fn rub(&mut self, mobility: &Mobility<T>, rotor: &mut Twist<T>) -> T {
         let limit = self.contact.friction * self.normal_n_s;
         let zero = T::zero();
         let [first, second] = &self.contact.along;
@@ -277,11 +311,12 @@ impl<T: Real> Solved<T> {
         }
         // The slip that there would be without this contact's own friction.
         let (d_0, d_1) = (first.compliance, second.compliance);
-        let (q_0, q_1) = (first.speed(velocities) - d_0 * t_0, second.speed(velocities) - d_1 * t_1);
+        let [slip_0, slip_1] = self.slip_of(rotor);
+        let (q_0, q_1) = (slip_0 - d_0 * t_0, slip_1 - d_1 * t_1);
         let (to_0, to_1) = within_circle([q_0, q_1], [d_0, d_1], limit);
         let (by_0, by_1) = (to_0 - t_0, to_1 - t_1);
-        first.push(by_0, mobility, velocities);
-        second.push(by_1, mobility, velocities);
+        first.push_rotor(by_0, mobility, rotor);
+        second.push_rotor(by_1, mobility, rotor);
         self.along_n_s = [to_0, to_1];
         max(by_0.abs(), by_1.abs())
     }

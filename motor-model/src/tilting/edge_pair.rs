@@ -32,7 +32,7 @@ pub(super) fn push_edges<T: Real>(
     as_one: bool,
 ) -> T {
     let (d_00, d_11) = (upper.contact.normal.compliance, lower.contact.normal.compliance);
-    let d_01 = upper.contact.normal.coupling(&lower.contact.normal, mobility);
+    let d_01 = upper.contact.normal.coupling_on_rotor(&lower.contact.normal, mobility);
     if d_00 <= T::zero() || d_11 <= T::zero() {
         return T::zero();
     }
@@ -80,7 +80,7 @@ pub(super) fn rub_edges<T: Real>(
 ) {
     let ([round_0, up_0], [round_1, up_1]) = (&upper.contact.along, &lower.contact.along);
     let compliances = [[round_0.compliance, up_0.compliance], [round_1.compliance, up_1.compliance]];
-    let between = [round_0.coupling(round_1, mobility), up_0.coupling(up_1, mobility)];
+    let between = [round_0.coupling_on_rotor(round_1, mobility), up_0.coupling(up_1, mobility)];
     let limits = [upper.contact.friction * upper.normal_n_s, lower.contact.friction * lower.normal_n_s];
     let impulses = edge_friction([upper.slip, lower.slip], compliances, between, limits);
     for (solved, impulses) in [upper, lower].into_iter().zip(impulses) {

@@ -93,7 +93,7 @@ impl<T: Real> TiltingMotor<T> {
         let normal = if place.is_tooth() { contact.normal.without_shift() } else { contact.normal };
         let mut moves = Velocities::zero();
         // Of the rotor alone: the modes keep their shape.
-        let compliance = normal.coupling(&normal, &self.mobility);
+        let compliance = normal.coupling_on_rotor(&normal, &self.mobility);
         if compliance <= T::zero() {
             return false;
         }
