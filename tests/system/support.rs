@@ -11,6 +11,7 @@ pub mod live_teeth;
 pub mod motors;
 pub mod oscillator;
 pub mod page;
+pub mod plant_step;
 pub mod precise_filter;
 pub mod python;
 pub mod started;

@@ -131,7 +131,7 @@ mod tests {
             for (solved, impulse) in set.contacts.iter().zip(impulses) {
                 let parts = solved.contact.normal.speed(&after) + solved.bias;
                 prop_assert!(parts.abs() < 1e-13, "{parts:e}");
-                // Sweeps end when no impulse changes by more than 1e-13 of the largest; each leaves a part of the error.
+                // Sweeps end when no impulse changes by more than 1e-13 of the largest; each leaves a part.
                 let largest = impulses.iter().fold(0.0, |largest, impulse| impulse.max(largest));
                 prop_assert!((solved.normal_n_s - impulse).abs() <= 1e-11 * largest);
             }

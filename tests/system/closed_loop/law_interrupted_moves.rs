@@ -8,13 +8,17 @@ use motor_model::{DriveCommand, Time};
 use simulation::Scene;
 use simulation::runs::closed_loop::{self, ClosedLoop, PositioningMoment};
 
+use crate::support::plant_step::CONVERGED;
+
 /// A true motor of a scene, or of the default one, under way to 200 degrees.
 fn under_way(scene: Option<&str>, seed: &str) -> ClosedLoop {
     let mut scene = match scene {
         Some(name) => load(Some(Path::new(name)), &[]).expect("a scene of the gallery"),
         None => Scene::default(),
     };
-    scene.set("seed", seed).expect("a seed");
+    for (key, value) in [CONVERGED, ("seed", seed)] {
+        scene.set(key, value).expect("a key and its value");
+    }
     closed_loop::positioning(&scene, target(200.0), closed_loop::tuning(&scene)).expect("a loop")
 }
 

@@ -3,6 +3,8 @@
 use simulation::runs::rate;
 use simulation::scene::Scene;
 
+use crate::support::plant_step::CONVERGED;
+
 /// Most estimates that may be off by more than three of their standard deviations: who takes three as a limit is wrong
 /// once in a hundred. Of normal errors 0.27 % exceed it. Kicks are rare and of unlike sizes, so that more of theirs do.
 const BEYOND_3_SIGMA: f64 = 0.01;
@@ -19,6 +21,7 @@ fn law_an_estimate_ahead_is_as_certain_as_it_says() {
     {
         let mut scene = Scene::default();
         for (key, value) in [
+            CONVERGED,
             ("estimator.filter", filter),
             ("board.latency_ticks", "16"),
             ("rate.deg_s", deg_s),

@@ -12,6 +12,8 @@ use simulation::Scene;
 use simulation::math::statistics::Spread;
 use simulation::world::plant::Plant;
 
+use crate::support::plant_step::CONVERGED;
+
 /// A nudge of some milli-degrees and the steps that follow it: amplitude, ticks.
 const NUDGE: (f32, u32) = (0.3, 16);
 const STEP: (f32, u32) = (0.25, 27);
@@ -65,7 +67,8 @@ fn root_mean_square(of: Spread) -> f64 {
 fn law_a_step_on_a_quiet_stator_turns_as_forecast() {
     let set_f = load(Some(Path::new("set_f_plant")), &[]).expect("a scene of the gallery");
     let check = |name: &str, mut scene: Scene| {
-        scene.set("plant.step_s", "5e-6").expect("a step");
+        let (key, step_s) = CONVERGED;
+        scene.set(key, step_s).expect("a step");
         let ring_down = RingDown::new(&scene.motor_params(), Time::ZERO);
         let is_over = |ticks: &u32| ring_down.is_over(Time::from_nanos(TICK_NANOS * u64::from(*ticks)));
         let quiet_ticks = (0..QUIET_TICKS).find(is_over).expect("a ring-down");

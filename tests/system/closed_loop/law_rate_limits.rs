@@ -6,14 +6,15 @@ use host_sim::scene_files::load;
 use simulation::Scene;
 use simulation::runs::rate::{self, RateOutcome};
 
+use crate::support::plant_step::CONVERGED;
+
 /// The outcome of a rate of a true motor, and the strongest drive after `since_s`.
 fn held(plant: Option<&str>, sets: &[(&str, &str)], since_s: f64) -> (RateOutcome, f64) {
     let mut scene = match plant {
         Some(name) => load(Some(Path::new(name)), &[]).expect("a scene of the gallery"),
         None => Scene::default(),
     };
-    // Contacts are located, and converged at this step.
-    for (key, value) in [("plant.step_s", "5e-6")].iter().chain(sets) {
+    for (key, value) in [CONVERGED].iter().chain(sets) {
         scene.set(key, value).expect("a key and its value");
     }
     let mut strongest = 0.0_f64;

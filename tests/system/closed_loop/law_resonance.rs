@@ -10,6 +10,8 @@ use simulation::Scene;
 use simulation::runs::{commission, position, rate};
 use simulation::scene::parse_response_map;
 
+use crate::support::plant_step::CONVERGED;
+
 /// The default scene with `sets`.
 fn scene(sets: &[(&str, &str)]) -> Scene {
     let mut scene = Scene::default();
@@ -23,7 +25,7 @@ fn scene(sets: &[(&str, &str)]) -> Scene {
 /// error of its estimated angle in milli-degrees throughout.
 fn fastest(scene: &Scene) -> (f64, f64) {
     let mut scene = scene.clone();
-    for (key, value) in [("rate.deg_s", "1100"), ("rate.duration_s", "13"), ("plant.step_s", "5e-6")] {
+    for (key, value) in [("rate.deg_s", "1100"), ("rate.duration_s", "13"), CONVERGED] {
         scene.set(key, value).expect("a key and its value");
     }
     let (mut sum_deg_s, mut count) = (0.0, 0.0);

@@ -13,14 +13,21 @@ use simulation::math::count::real;
 use simulation::runs::rate;
 use simulation::scene::Scene;
 
+use crate::support::plant_step::CONVERGED;
+
 const SLOW: (&str, &str) = ("camera.frame_rate_hz", "60");
 const SLOW_AND_LATE: [(&str, &str); 2] = [SLOW, ("camera.latency_s", "0.02")];
 
 /// A rate that is held for a second.
 fn scene(instruments: &[(&str, &str)], filter: &str, deg_s: &str, motor: Option<&Path>, seed: &str) -> Scene {
     let mut scene = load(motor, &[]).expect("a scene of the gallery");
-    let of_run =
-        [("estimator.filter", filter), ("rate.deg_s", deg_s), ("rate.duration_s", "1"), ("seed", seed)];
+    let of_run = [
+        CONVERGED,
+        ("estimator.filter", filter),
+        ("rate.deg_s", deg_s),
+        ("rate.duration_s", "1"),
+        ("seed", seed),
+    ];
     for (key, value) in of_run.iter().chain(instruments) {
         scene.set(key, value).expect("a key and its value");
     }

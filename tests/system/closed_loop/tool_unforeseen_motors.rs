@@ -13,13 +13,15 @@ use simulation::Scene;
 use simulation::runs::commission::{self, CommissionedMotor, CommissioningRun, Planned};
 use simulation::runs::position;
 
+use crate::support::plant_step::CONVERGED;
+
 /// A true motor with what is set of it.
 fn motor(plant: Option<&str>, sets: &[(&str, &str)]) -> Scene {
     let mut scene = match plant {
         Some(name) => load(Some(Path::new(name)), &[]).expect("a scene of the gallery"),
         None => Scene::default(),
     };
-    for (key, value) in sets {
+    for (key, value) in [CONVERGED].iter().chain(sets) {
         scene.set(key, value).expect("a key and its value");
     }
     scene

@@ -11,6 +11,7 @@ use simulation::Scene;
 use simulation::runs::filter::FILTERS;
 
 use crate::support::consistency_rows::{Asked, Row, assert_family_within, outside_if_variances_were};
+use crate::support::plant_step::CONVERGED;
 
 /// The error of the clock is one number of a run.
 const MOTORS: u64 = 4;
@@ -19,9 +20,6 @@ const ONE: f64 = 1.0;
 const CLOCK: [(&str, &str); 2] = [("camera.clock_offset_s", "0.1"), ("camera.clock_drift_ppm", "50")];
 const NOT_TOLD: (&str, &str) = ("estimator.assumed.camera.clock_error_s", "0");
 
-/// Located contacts are converged at it (both `dual_step_convergence` of the motors).
-const STEP: (&str, &str) = ("plant.step_s", "5e-6");
-
 fn is_rest(row: &Row) -> bool {
     row.name.ends_with("rest_1_s")
 }
@@ -29,7 +27,7 @@ fn is_rest(row: &Row) -> bool {
 /// Rows of the angle in steady motion and after a second of rest, in both modes.
 fn rows(motor: &str, scene: &Scene, sets: &[(&str, &str)]) -> Vec<Row> {
     let mut scene = scene.clone();
-    for (key, value) in CLOCK.iter().chain(&[STEP]).chain(sets) {
+    for (key, value) in CLOCK.iter().chain(&[CONVERGED]).chain(sets) {
         scene.set(key, value).expect("a key and its value");
     }
     let plan = FilterErrorsPlan::new(&scene, MOTORS).expect("a plan").without_genies().without_smoothers();

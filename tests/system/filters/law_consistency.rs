@@ -26,6 +26,7 @@ use simulation::world::instruments::camera::Camera;
 use crate::support::consistency_rows::{
     Asked, FAMILY_WISE, Known, Row, assert_family_within, outside_if_variances_were,
 };
+use crate::support::plant_step::CONVERGED;
 use crate::support::watched_twin::{REVERSALS, STEADY, WatchedTwin, each};
 
 const MOTORS: u64 = 12;
@@ -36,9 +37,6 @@ const CAMERAS: [(&str, &[(&str, &str)]); 2] = [
     ("quantised", &[]),
     ("continuous", &[("camera.resolution_m", "0"), ("camera.noise_m", "1.154700538e-6")]),
 ];
-
-/// Located contacts are converged at this step (`motor::dual_step_convergence`).
-const STEP: (&str, &str) = ("plant.step_s", "5e-6");
 
 /// Rows in which a filter is known to be inconsistent: the interval of the mean over the motors, and why. A row that
 /// leaves its interval, or that is within its bounds, turns the test red.
@@ -132,7 +130,7 @@ fn law_errors_with_two_marks_are_as_large_as_said() {
 
 #[test]
 fn law_filters_are_consistent_in_every_phase() {
-    let estimations = CAMERAS.map(|(name, camera)| (name, estimation("1", camera, &[STEP])));
+    let estimations = CAMERAS.map(|(name, camera)| (name, estimation("1", camera, &[CONVERGED])));
     let of_errors = each_row(&estimations, is_judged, errors);
     assert_eq!(of_errors.len(), 2 * 6 * 6 * 2);
     // What is smoothed has no innovations of its own.
@@ -196,7 +194,7 @@ fn each_row<T>(
 fn law_a_slow_vibrometer_leaves_no_rate_too_sure() {
     let estimations = ["50000", "20000"].map(|sample_rate_hz| {
         let mut scene = Scene::default();
-        for (key, value) in [STEP, ("ldv.sample_rate_hz", sample_rate_hz)] {
+        for (key, value) in [CONVERGED, ("ldv.sample_rate_hz", sample_rate_hz)] {
             scene.set(key, value).expect("a step or a rate");
         }
         let plan = FilterErrorsPlan::new(&scene, 4).expect("a plan").without_genies();
@@ -215,7 +213,7 @@ fn law_a_slow_vibrometer_leaves_no_rate_too_sure() {
 #[test]
 fn law_a_slow_camera_alone_does_not_lose_the_rotor() {
     let mut scene = Scene::default();
-    for (key, value) in [STEP, ("camera.frame_rate_hz", "200"), ("ldv.installed", "no")] {
+    for (key, value) in [CONVERGED, ("camera.frame_rate_hz", "200"), ("ldv.installed", "no")] {
         scene.set(key, value).expect("a key and its value");
     }
     let errors =

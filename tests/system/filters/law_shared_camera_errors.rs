@@ -23,6 +23,7 @@ use simulation::Scene;
 use simulation::runs::filter::FILTERS;
 
 use crate::support::consistency_rows::{Asked, Row, assert_family_within};
+use crate::support::plant_step::CONVERGED;
 
 const MOTORS: u64 = 4;
 
@@ -41,12 +42,9 @@ const COVERED: f64 = 2.0;
 /// Of two marks a third of what their residuals exceed the noise by is counted, as under a tilt.
 const COVERED_BY_A_THIRD: f64 = 3.0;
 
-/// Located contacts are converged at it (both `dual_step_convergence` of the motors).
-const STEP: (&str, &str) = ("plant.step_s", "5e-6");
-
 fn run(scene: Scene, sets: &[(&str, &str)]) -> FilterErrors {
     let mut scene = scene;
-    for (key, value) in [STEP].iter().chain(sets) {
+    for (key, value) in [CONVERGED].iter().chain(sets) {
         scene.set(key, value).expect("a key and its value");
     }
     let plan = FilterErrorsPlan::new(&scene, MOTORS).expect("a plan").without_genies().without_smoothers();

@@ -7,6 +7,7 @@ use simulation::runs::filter::FILTERS;
 use simulation::runs::rate;
 
 use crate::support::consistency_rows::{Asked, Row, assert_family_within, outside_if_variances_were};
+use crate::support::plant_step::CONVERGED;
 
 const MOTORS: u64 = 4;
 
@@ -15,16 +16,13 @@ const MOTORS: u64 = 4;
 const JITTER: (&str, &str) = ("camera.stamp_jitter_s", "1e-4");
 const NOT_TOLD: (&str, &str) = ("estimator.assumed.camera.stamp_jitter_s", "0");
 
-/// Located contacts are converged at it (both `dual_step_convergence` of the motors).
-const STEP: (&str, &str) = ("plant.step_s", "5e-6");
-
 /// Independent squares of the error of angle and rate in 0.5 s of steady motion: two in each memory of a filter. That
 /// is 12 ms, and grows with the fourth root of a frame's variance: 50 times that of a frame without errors of stamps.
 const STEADY: f64 = 80.0 / 2.66;
 
 fn scene(sets: &[(&str, &str)]) -> Scene {
     let mut scene = Scene::default();
-    for (key, value) in [STEP, JITTER].iter().chain(sets) {
+    for (key, value) in [CONVERGED, JITTER].iter().chain(sets) {
         scene.set(key, value).expect("a key and its value");
     }
     scene

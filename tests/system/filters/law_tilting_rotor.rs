@@ -10,6 +10,7 @@ use simulation::Scene;
 use simulation::runs::filter::FILTERS;
 
 use crate::support::consistency_rows::{Asked, Row, assert_family_within};
+use crate::support::plant_step::CONVERGED;
 
 const MOTORS: u64 = 4;
 
@@ -25,8 +26,7 @@ const INDEPENDENT: f64 = 40.0;
 /// 1/8: 0.77. The filter that expects too much is a little worse than its best.
 const LEARNT_WALK: f64 = 0.85;
 
-/// The tilting rotor with Table 1's values, and those of sets F and G, by their scenes. Their contacts are located, and
-/// converged at this step ([`crate::motor`]'s `tilting::dual_step_convergence`).
+/// The tilting rotor with Table 1's values, and those of sets F and G, by their scenes.
 fn plants() -> [(&'static str, Scene); 3] {
     let of_gallery = |name: &str| load(Some(Path::new(name)), &[]).expect("a scene of the gallery");
     let mut tilting = Scene::default();
@@ -34,7 +34,8 @@ fn plants() -> [(&'static str, Scene); 3] {
     let plants =
         [("tilting", tilting), ("set f", of_gallery("set_f_plant")), ("set g", of_gallery("set_g_plant"))];
     plants.map(|(name, mut scene)| {
-        scene.set("plant.step_s", "5e-6").expect("a step");
+        let (key, step_s) = CONVERGED;
+        scene.set(key, step_s).expect("a step");
         (name, scene)
     })
 }

@@ -32,6 +32,7 @@ use simulation::runs::filter::{AnyFilter, FILTERS};
 use simulation::world::rig::Rig;
 
 use crate::support::consistency_rows::FAMILY_WISE;
+use crate::support::plant_step::CONVERGED;
 
 /// Largest mean of the normalised squares: errors of 1.4 times what is said.
 const MOST: f64 = 2.0;
@@ -77,10 +78,12 @@ const KINDS: [Kind; 5] = [
     Kind { name: "set g, drawn", scene: Some("set_g_plant"), sets: AROUND, seeds: &[1, 2, 8001, 8003] },
 ];
 
-/// A filter that is surer than right on motors of a kind: only where mode B has begun to drive, for [`UNKNOWN_HALVES`].
+/// A filter that is surer than right on motors of a kind.
 struct Known {
     filter: &'static str,
     kind: &'static str,
+    /// The run in whose steady motion it is; none: in any run where mode B has begun to drive, for [`UNKNOWN_HALVES`].
+    steady_run: Option<&'static str>,
     /// Interval of the largest mean of a window.
     worst: (f64, f64),
 }
@@ -91,11 +94,30 @@ const UNKNOWN_HALVES: u64 = 2;
 /// `impact_aided` takes every kick as its model has it, of a rotor that does not tilt, until impacts at heights that no
 /// tooth reaches, frames or falls of the velocity show that it does: the tooth of a tilted rotor has another rate, and
 /// the pin strikes it by 7 rad/s without a jump. A single strike of which nothing told before makes the mean of a
-/// window some hundreds.
+/// window some hundreds. So does one just after the filter has returned to impacts from the camera alone: of 37 drawn
+/// motors of set F and 34 of set G in mode B one has it. There it says that its noise does not match.
 const KNOWN: &[Known] = &[
-    Known { filter: "impact_aided", kind: "set f", worst: (6.0, 30.0) },
-    Known { filter: "impact_aided", kind: "set f, drawn", worst: (40.0, 160.0) },
+    Known { filter: "impact_aided", kind: "set f", steady_run: None, worst: (6.0, 30.0) },
+    Known { filter: "impact_aided", kind: "set f, drawn", steady_run: None, worst: (40.0, 160.0) },
+    Known { filter: "impact_aided", kind: "set g, drawn", steady_run: None, worst: (6.0, 30.0) },
+    Known {
+        filter: "impact_aided",
+        kind: "set f, drawn",
+        steady_run: Some("set f, drawn, motor 2, B"),
+        worst: (20.0, 80.0),
+    },
 ];
+
+impl Known {
+    /// Whether it explains that the mean is too large.
+    fn is_of(&self, mean: &Judged) -> bool {
+        let place = match self.steady_run {
+            None => mean.begins_b,
+            Some(run) => mean.name.starts_with(&format!("{}, {run}, steady, ", self.filter)),
+        };
+        self.filter == mean.filter && self.kind == mean.kind && place
+    }
+}
 
 /// The errors of a filter in half a window.
 struct Half {
@@ -131,9 +153,8 @@ fn scene(kind: &Kind, seed: u64) -> Scene {
         Some(name) => load(Some(Path::new(name)), &[]).expect("a scene of the gallery"),
         None => Scene::default(),
     };
-    // Located contacts are converged at this step (both `dual_step_convergence` of the motors).
     let seed = seed.to_string();
-    for (key, value) in [("plant.step_s", "5e-6"), ("seed", seed.as_str())].iter().chain(kind.sets) {
+    for (key, value) in [CONVERGED, ("seed", seed.as_str())].iter().chain(kind.sets) {
         scene.set(key, value).expect("a key and its value");
     }
     scene
@@ -269,21 +290,18 @@ fn law_no_motor_is_off_by_more_than_said_for_longer_than_a_window() {
 
     // NaN is outside, too.
     let outside = judged.iter().filter(|(mean, most)| mean.mean > *most || mean.mean.is_nan());
-    let is_known = |mean: &Judged| {
-        mean.begins_b && KNOWN.iter().any(|known| known.filter == mean.filter && known.kind == mean.kind)
-    };
     let wrong: Vec<String> = outside
-        .filter(|(mean, _)| !is_known(mean))
+        .filter(|(mean, _)| !KNOWN.iter().any(|known| known.is_of(mean)))
         .map(|(mean, most)| format!("{}: {:.2} of {most:.2}", mean.name, mean.mean))
         .collect();
     assert!(wrong.is_empty(), "{} outside:\n{}", wrong.len(), wrong.join("\n"));
 
-    for Known { filter, kind, worst: (low, high) } in KNOWN {
-        let of_known = judged.iter().filter(|(mean, _)| mean.filter == *filter && mean.kind == *kind);
-        assert!(of_known.clone().any(|(mean, most)| mean.mean > *most), "{filter}, {kind}: mended");
-        let windows = of_windows.iter().filter(|mean| mean.filter == *filter && mean.kind == *kind);
-        let worst = windows.map(|mean| mean.mean).fold(0.0, f64::max);
-        assert!(worst >= *low && worst <= *high, "{filter}, {kind}: the worst window has {worst:.2}");
+    for known in KNOWN {
+        let ((low, high), of) = (known.worst, format!("{}, {}", known.filter, known.kind));
+        let of_known = judged.iter().filter(|(mean, _)| known.is_of(mean));
+        assert!(of_known.clone().any(|(mean, most)| mean.mean > *most), "{of}: mended");
+        let worst = of_known.map(|(mean, _)| mean.mean).fold(0.0, f64::max);
+        assert!(worst >= low && worst <= high, "{of}: the worst window has {worst:.2}");
     }
     for filter in FILTERS {
         let of_filter =
