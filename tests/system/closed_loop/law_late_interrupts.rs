@@ -12,8 +12,6 @@ use simulation::runs::position;
 use simulation::runs::rate::{self, RateOutcome};
 use simulation::scene::Scene;
 
-use crate::support::plant_step::CONVERGED;
-
 const LATE: (&str, &str) = ("board.interrupt_late_s", "4e-6");
 
 /// Most estimates that may be off by more than three of their standard deviations: of 80 independent errors in a second
@@ -28,7 +26,7 @@ const SEEDS: [&str; 8] = ["41", "42", "43", "44", "45", "46", "47", "48"];
 
 fn scene(sets: &[(&str, &str)]) -> Scene {
     let mut scene = Scene::default();
-    for (key, value) in [CONVERGED].iter().chain(sets) {
+    for (key, value) in sets {
         scene.set(key, value).expect("a key and its value");
     }
     scene

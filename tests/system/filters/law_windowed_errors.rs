@@ -98,7 +98,7 @@ const UNKNOWN_HALVES: u64 = 2;
 /// motors of set F and 34 of set G in mode B one has it. There it says that its noise does not match.
 const KNOWN: &[Known] = &[
     Known { filter: "impact_aided", kind: "set f", steady_run: None, worst: (6.0, 30.0) },
-    Known { filter: "impact_aided", kind: "set f, drawn", steady_run: None, worst: (40.0, 160.0) },
+    Known { filter: "impact_aided", kind: "set f, drawn", steady_run: None, worst: (20.0, 160.0) },
     Known { filter: "impact_aided", kind: "set g, drawn", steady_run: None, worst: (6.0, 30.0) },
     Known {
         filter: "impact_aided",

@@ -15,8 +15,6 @@ use simulation::runs::filter::AnyFilter;
 use simulation::world::plant::Plant;
 use simulation::world::rig::Rig;
 
-use crate::support::plant_step::CONVERGED;
-
 /// A tick of the loop in s.
 const TICK_S: f64 = 1e-5;
 
@@ -75,9 +73,8 @@ pub fn each(marks: &str, motors: u64, drives: &Drives) -> Vec<WatchedTwin> {
 
 fn watched(marks: &str, motor: u64, drives: &Drives) -> WatchedTwin {
     let mut scene = Scene::default();
-    for (key, value) in [CONVERGED, ("camera.marks", marks), ("seed", &motor.to_string())] {
-        scene.set(key, value).expect("a key and its value");
-    }
+    scene.set("camera.marks", marks).expect("a number of marks");
+    scene.set("seed", &motor.to_string()).expect("a seed");
     let mut rig = Rig::new(&scene).expect("a rig");
     let mut twin = AnyFilter::<f32>::named("twin", &scene).expect("the nominal motor");
     let mut tick = 0_u64;
