@@ -17,7 +17,7 @@ use crate::support::checkout::{files_below, root, text};
 
 /// What runs smaller here than it stands in the documents: a flag with its value is put in the place of the documented
 /// one, or appended. The command as it stands must still be parsed.
-const SMALLER: [(&str, &[(&str, &str)]); 11] = [
+const SMALLER: [(&str, &[(&str, &str)]); 10] = [
     (
         "calibrate",
         &[
@@ -34,7 +34,6 @@ const SMALLER: [(&str, &[(&str, &str)]); 11] = [
     ("faults", &[("--runs", "2")]),
     ("filters", &[("--motors", "1"), ("--host-only", "")]),
     ("identify", &[("--motors", "100"), ("--no-advice", "")]),
-    ("position", &[COARSE]),
     ("positioning-trials", &[("--motors", "2"), COARSE]),
     ("rate", &[("--duration", "2"), COARSE]),
     ("reproduce", &[("--seeds", "2"), ("--drawn", "1"), ("--quick", "")]),
