@@ -205,7 +205,7 @@ impl<T: Real> Direction<T> {
         if self.moving { speed - self.surface_speed(velocities) } else { speed }
     }
 
-    /// The part of a rotor that moves with `motion`.
+    /// The rotor's part of it, for a rotor that moves with `motion`.
     #[inline]
     pub(super) fn rotor_speed(&self, motion: &Twist<T>) -> T {
         self.rotor.dot(motion)

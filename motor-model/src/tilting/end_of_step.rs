@@ -104,3 +104,28 @@ impl<T: Real> TiltingMotor<T> {
 }
 
 const _: () = assert!(PLACES <= super::CONTACTS_PER_STEP_MAX, "the contacts of an instant can be reported");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::{MotorParams, TiltingParams};
+    use crate::tilting::{TiltingSetup, TiltingState};
+
+    /// A rotor inside one tooth is moved out until the gap is closed, to rounding of the gap's terms of micrometres: a
+    /// rotor that stays inside strikes again in every step.
+    #[test]
+    fn exact_a_lift_closes_the_gap() {
+        let (params, tilting) = (MotorParams::nominal(), TiltingParams::nominal());
+        let motor = TiltingMotor::<f64>::try_new(&params, &tilting, &TiltingSetup::with_step(1e-6)).unwrap();
+        let mut state = TiltingState::<f64>::default();
+        state.rotor.height_m = 1e-6;
+        state.tilt.slope = motor.teeth()[0].outward * -4e-4;
+        state.shift.displacement_m.x = 2e-6;
+        let mut motion = state.motion();
+        let place = ContactPlace::Tooth(0);
+        let gap_m = |motion: &TiltingMotion<f64>| motor.gap_at(motion, place).unwrap().0;
+        assert!(gap_m(&motion) < -1e-7, "{:e}", gap_m(&motion));
+        motor.lift_out(&mut motion, ContactPlaces::NONE.with(place));
+        assert!(gap_m(&motion).abs() < 1e-20, "{:e}", gap_m(&motion));
+    }
+}
