@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{JoinHandle, sleep, spawn};
 use std::time::{Duration, Instant};
 
-use link::{BoardMessage, Deframer, LINE_BAUD, decode};
+use link::{BoardMessage, Deframer, Header, LINE_BAUD, decode};
 use motor_model::Angle;
 use rustix::fs::{Mode, OFlags};
 use rustix::pipe::fcntl_setpipe_size;
@@ -123,7 +123,7 @@ pub struct CabledBoard {
     loose_end: Option<ChildStdin>,
     /// The host's end of the cable.
     to_host: Arc<Mutex<Option<HostEnd>>>,
-    said: Receiver<BoardMessage>,
+    said: Receiver<(Header, BoardMessage)>,
     /// Holds the socket of the emulator's control.
     folder: TempDir,
     _alone: MutexGuard<'static, ()>,
@@ -244,6 +244,11 @@ impl CabledBoard {
 
     /// What it has said since the last look or reset.
     pub fn said_so_far(&self) -> Vec<BoardMessage> {
+        self.said.try_iter().map(|(_, message)| message).collect()
+    }
+
+    /// The same, each with its place in the session and the board's time.
+    pub fn numbered_so_far(&self) -> Vec<(Header, BoardMessage)> {
         self.said.try_iter().collect()
     }
 
@@ -282,7 +287,7 @@ impl CabledBoard {
     pub fn hears<T>(&self, take: impl Fn(&BoardMessage) -> Option<T>) -> T {
         let begun = Instant::now();
         loop {
-            let message = self.said.recv_timeout(WAIT_MAX).expect("the board speaks");
+            let (_, message) = self.said.recv_timeout(WAIT_MAX).expect("the board speaks");
             if let Some(value) = take(&message) {
                 return value;
             }
@@ -301,7 +306,7 @@ impl CabledBoard {
     /// Waits until it says what `is_awaited`, while `run` runs.
     pub fn says(&self, run: &mut Child, is_awaited: impl Fn(BoardMessage) -> bool) -> Result<(), Starved> {
         let begun = Instant::now();
-        while !self.said.try_iter().any(&is_awaited) {
+        while !self.said.try_iter().any(|(_, message)| is_awaited(message)) {
             if let Some(status) = run.try_wait().expect("a child") {
                 let mut stderr = String::new();
                 let pipe = run.stderr.as_mut().expect("a pipe");
@@ -317,7 +322,7 @@ impl CabledBoard {
 
     /// Whether it has reported an estimate within a degree of `degrees`.
     pub fn has_an_estimate_near(&self, degrees: f64) -> bool {
-        self.said.try_iter().any(|message| match message {
+        self.said.try_iter().any(|(_, message)| match message {
             BoardMessage::Report(report) => report.estimate.is_some_and(|estimate| {
                 (Angle::from_units(estimate.angle_units).degrees() - degrees).abs() < 1.0
             }),
@@ -357,14 +362,14 @@ fn carry_to_board(
 fn carry_from_board(
     mut from_qemu: ChildStdout,
     to_host: &Mutex<Option<HostEnd>>,
-    hear: &Sender<BoardMessage>,
+    hear: &Sender<(Header, BoardMessage)>,
 ) {
     let (mut deframer, mut block) = (Deframer::default(), [0; 64]);
     while let Ok(length @ 1..) = from_qemu.read(&mut block) {
         // What the board says is heard before the line disturbs it.
         for &byte in &block[..length] {
-            if let Some(Ok((_, message))) = deframer.push(byte).map(decode::<BoardMessage>) {
-                let _ = hear.send(message);
+            if let Some(Ok(numbered)) = deframer.push(byte).map(decode::<BoardMessage>) {
+                let _ = hear.send(numbered);
             }
         }
         if let Some(HostEnd { terminal, wire }) =
