@@ -8,6 +8,9 @@
 //! m <- m + (nu - m) / n,    T <- T + ((2 n - 1) m^2 / S - T) / N        T = 1 if they are white, n: 3.2 ms, N: 25.6 ms
 //! ```
 //!
+//! Of frames that are noisier than the camera says, with a mean z of `nu^2 / S` above 2, `S z / 2` stands for S: then T
+//! is 2 if they are white. A wrong kick makes z large as well, but its error stays.
+//!
 //! T is about the mean of 16 squares. It exceeds 8 in a consistent filter once in 10^18 times N. Quantisation is not
 //! white where the rotor turns slowly, and kicks are not normal: of motors that the model describes T reaches 5.
 
@@ -32,7 +35,7 @@ impl<T: Real> InnovationCorrelation<T> {
         Self { mean_rad: T::zero(), square: T::one(), last_square: None }
     }
 
-    /// Takes in an innovation; `per_variance` is one over its variance.
+    /// Takes in an innovation; `per_variance` is one over its variance, as it is or as the frames show it.
     pub(crate) fn take(&mut self, innovation_rad: T, per_variance: T, tuning: &TrackTuning<T>) {
         self.mean_rad += (innovation_rad - self.mean_rad) * tuning.per_neighbours;
         let square = self.mean_rad * self.mean_rad * per_variance * tuning.independent_neighbours;

@@ -316,15 +316,17 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         self.reference.begun = true;
         if !quiet {
             self.persistent_error.take(frame, &self.tuning);
-            // Frames that are noisier than the camera says tell of the camera, one after a long gap tells of the gap.
+            // Frames that are noisier than the camera says tell of the camera where they are white (F18). One after a
+            // long gap tells of the gap.
             let guessed = variance_rad2 > T::from_f64(Self::GUESS_VARIANCE) * self.tuning.camera_rad2;
             let gap = |before: &TrackedFrame<T, B>| {
                 self.intervals.is_gap(before.frame.exposed_at, frame.exposed_at)
             };
-            if guessed && self.older.back().is_some_and(gap) || track.nis > T::from_f64(Self::NIS_DOUBTED) {
+            if guessed && self.older.back().is_some_and(gap) {
                 self.correlation = InnovationCorrelation::white();
             } else {
-                self.correlation.take(innovation_rad, T::one() / variance_rad2, &self.tuning);
+                let noisier = (track.nis / T::from_f64(Self::NIS_DOUBTED)).at_least(T::one());
+                self.correlation.take(innovation_rad, T::one() / (variance_rad2 * noisier), &self.tuning);
             }
         } else if track.resting {
             self.persistent_error.take_at_rest(frame, self.noise.white_rad2(&self.tuning), &self.tuning);

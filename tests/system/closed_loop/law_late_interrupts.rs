@@ -51,8 +51,9 @@ fn means(runs: &[RateOutcome]) -> [f64; 2] {
     [mean(&|run| run.estimate_rms_mdeg.map(|rms| rms * rms)), mean(&|run| run.stated.beyond_3_sigma)]
 }
 
-/// Samples are taken by a timer, on time. Where the interrupt takes them, as late as it is, the twin is surer than
-/// right: it takes a kick from the tooth's velocity at the instant of an impact, of whose period 4 us are nine degrees.
+/// Samples are taken by a timer, on time. Where the interrupt takes them, as late as it is, the twin's kicks are wrong:
+/// it takes them from the tooth's velocity at the instant of an impact, of whose period 4 us are nine degrees. The
+/// frames show it, and it takes none: it is honest, and no better than the camera.
 #[test]
 fn law_late_interrupts_leave_estimates_honest() {
     for (filter, deg_s) in FILTERS.iter().flat_map(|&filter| [(filter, "600"), (filter, "-60")]) {
@@ -62,7 +63,7 @@ fn law_late_interrupts_leave_estimates_honest() {
             let case = format!("{filter}, {deg_s}, {sampling}: {late_mdeg2} for {on_time_mdeg2}, {beyond}");
             let (honest, cheap) = (beyond < BEYOND_3_SIGMA, late_mdeg2 < COST * COST * on_time_mdeg2);
             match (filter, deg_s, sampling) {
-                ("twin", "600", "interrupt") => assert!(!honest, "mended, {case}"),
+                ("twin", "600", "interrupt") => assert!(honest && !cheap, "{case}"),
                 _ => assert!(honest && cheap, "{case}"),
             }
         }

@@ -78,12 +78,10 @@ const KINDS: [Kind; 5] = [
     Kind { name: "set g, drawn", scene: Some("set_g_plant"), sets: AROUND, seeds: &[1, 2, 8001, 8003] },
 ];
 
-/// A filter that is surer than right on motors of a kind.
+/// A filter that is surer than right on motors of a kind, where mode B has begun to drive, for [`UNKNOWN_HALVES`].
 struct Known {
     filter: &'static str,
     kind: &'static str,
-    /// The run in whose steady motion it is; none: in any run where mode B has begun to drive, for [`UNKNOWN_HALVES`].
-    steady_run: Option<&'static str>,
     /// Interval of the largest mean of a window.
     worst: (f64, f64),
 }
@@ -94,28 +92,16 @@ const UNKNOWN_HALVES: u64 = 2;
 /// `impact_aided` takes every kick as its model has it, of a rotor that does not tilt, until impacts at heights that no
 /// tooth reaches, frames or falls of the velocity show that it does: the tooth of a tilted rotor has another rate, and
 /// the pin strikes it by 7 rad/s without a jump. A single strike of which nothing told before makes the mean of a
-/// window some hundreds. So does one just after the filter has returned to impacts from the camera alone: of 37 drawn
-/// motors of set F and 34 of set G in mode B one has it. There it says that its noise does not match.
+/// window some hundreds.
 const KNOWN: &[Known] = &[
-    Known { filter: "impact_aided", kind: "set f", steady_run: None, worst: (6.0, 30.0) },
-    Known { filter: "impact_aided", kind: "set f, drawn", steady_run: None, worst: (20.0, 160.0) },
-    Known { filter: "impact_aided", kind: "set g, drawn", steady_run: None, worst: (6.0, 30.0) },
-    Known {
-        filter: "impact_aided",
-        kind: "set f, drawn",
-        steady_run: Some("set f, drawn, motor 2, B"),
-        worst: (20.0, 80.0),
-    },
+    Known { filter: "impact_aided", kind: "set f", worst: (6.0, 30.0) },
+    Known { filter: "impact_aided", kind: "set f, drawn", worst: (20.0, 160.0) },
 ];
 
 impl Known {
     /// Whether it explains that the mean is too large.
     fn is_of(&self, mean: &Judged) -> bool {
-        let place = match self.steady_run {
-            None => mean.begins_b,
-            Some(run) => mean.name.starts_with(&format!("{}, {run}, steady, ", self.filter)),
-        };
-        self.filter == mean.filter && self.kind == mean.kind && place
+        self.filter == mean.filter && self.kind == mean.kind && mean.begins_b
     }
 }
 

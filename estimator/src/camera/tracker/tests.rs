@@ -99,20 +99,23 @@ fn exact_the_gate_is_narrow_after_a_refusal_of_a_camera_that_is_doubted() {
     }
 }
 
-/// Innovations of one sign contradict the process, but not where the frames scatter more than they should: those may be
-/// outliers of one side.
+/// Innovations of one sign contradict the process. Where the frames scatter more than twice as much as they should,
+/// half their scatter stands for the variance (F18).
 #[test]
-fn exact_scattered_frames_contradict_nothing() {
-    for (nis, contradicts) in [(1.0, true), (3.0, false)] {
+fn exact_scattered_frames_contradict_less() {
+    let square = |nis: f64| {
         let mut tracker = tracking();
-        let rad2 = tracker.tuning.camera_rad2;
-        let (off_rad, tuning) = (3.0 * math::sqrt(rad2), tracker.tuning);
-        (0..2000).for_each(|_| tracker.correlation.take(off_rad, 1.0 / rad2, &tuning));
-        assert!(tracker.correlation.is_coloured());
         tracker.newest.track.nis = nis;
-        assert_eq!(see(&mut tracker, 101, truth(101), false), Verdict::Used);
-        assert_eq!(tracker.take_contradiction(), contradicts, "{nis}");
-    }
+        let off_rad = math::sqrt(tracker.tuning.camera_rad2);
+        assert_eq!(see(&mut tracker, 101, truth(101) + off_rad, false), Verdict::Used);
+        let (square, _) = tracker.take_neighbours().expect("a frame that was used");
+        (square, tracker.newest.track.nis)
+    };
+    let (of_a_camera_as_described, _) = square(1.0);
+    let (of_one_at_the_limit, _) = square(1.9);
+    assert!((of_one_at_the_limit / of_a_camera_as_described - 1.0).abs() < 1e-12);
+    let (of_scattered, nis) = square(6.0);
+    assert!(nis > 5.0 && (0.5 * nis * of_scattered / of_a_camera_as_described - 1.0).abs() < 1e-12);
 }
 
 /// A late frame, and those after it that are processed again, are no further evidence of neighbours of one sign.
