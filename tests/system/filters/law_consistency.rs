@@ -40,7 +40,12 @@ const CAMERAS: [(&str, &[(&str, &str)]); 2] = [
 
 /// Rows in which a filter is known to be inconsistent: the interval of the mean over the motors, and why. A row that
 /// leaves its interval, or that is within its bounds, turns the test red.
-const KNOWN: &[Known] = &[];
+const KNOWN: &[Known] = &[Known {
+    family: "twin, steady",
+    row: "errors, b",
+    mean: (0.85, 0.93),
+    cause: "a noise for each small impact after a detected one: without it too many errors are beyond five sigma",
+}];
 
 #[track_caller]
 fn assert_within(family: &str, rows: &[Row]) {

@@ -29,7 +29,7 @@ pub struct TwinTuning<T> {
     /// tuned.
     pub tooth_velocity_m_s: T,
     /// Variance that each impact adds to the rate, in rad^2/s^2: smaller impacts that follow it below the detector's
-    /// threshold. 2.5e-6, tuned.
+    /// threshold. 3.5e-5, tuned.
     pub chatter_rad2_s2: T,
     /// Variance of the kicks by undetected impacts when the mean misfit is twice the typical one, per the square of a
     /// kick at the detector's threshold. 1.5, tuned.
@@ -54,7 +54,7 @@ impl<T: Real> TwinTuning<T> {
             refining_samples: window_samples(REFINING_S, &vibrometer),
             sample_period_s: n(vibrometer.period_s()),
             tooth_velocity_m_s: n(3.5e-5),
-            chatter_rad2_s2: n(2.5e-6),
+            chatter_rad2_s2: n(3.5e-5),
             undetected_part2: n(1.5),
             drive_late_s: T::zero(),
         }
