@@ -160,8 +160,8 @@ fn tool_a_tilting_rotor_that_sticks_now_and_then_is_measured() {
 
 /// A rotor that sticks every 0.2 s hardly turns for the spin-up of 0.15 s and two windows of 0.05 s. That its drives
 /// lose the estimate is the reason, and not the instruments. A mode is not dead of which all that is seen are windows
-/// in which the rotor stuck. Where the estimate follows for long enough there is a map, and the losses are told: of both
-/// modes, or of one where the filter has left the kicks in the other before it was lost.
+/// in which the rotor stuck. Where the estimate follows for long enough there is a map, and the losses are told: those
+/// of both modes, or of one where the filter has left the kicks in the other before it was lost.
 #[test]
 fn tool_a_rotor_that_is_lost_in_each_drive_is_refused_for_that() {
     let is_loss = |finding: &&Finding| matches!(finding.kind, FindingKind::Lost { .. });
