@@ -28,7 +28,7 @@
 //!    this motor differs from the map.
 //! 6. [`situation`]: what remains, and whether the target counts as reached.
 //! 7. [`drive_plan`]: which drive comes next.
-//! 8. [`progress_window`]: whether a cruise turns the rotor.
+//! 8. [`progress_window`]: whether a cruise turns the rotor, and `amplitude_search`: which one turns it fastest.
 //! 9. [`settling_watch`]: what becomes of the rotor once the drive is off, and [`ring_down`] of the stator.
 //! 10. [`Positioning`]: the state machine that uses all of these.
 //! 11. [`MoveForecast`]: what a move will take, and what cannot be reached, before it starts.
@@ -114,6 +114,7 @@ pub mod commissioning;
 pub mod drive_plan;
 pub mod map_correction;
 
+mod amplitude_search;
 mod latency;
 mod move_forecast;
 mod ports;

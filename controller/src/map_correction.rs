@@ -45,6 +45,7 @@ mod learnt_factors;
 
 use motor_model::{DriveMode, math};
 
+use crate::amplitude_search::AmplitudeSearch;
 use crate::response_map::{Burst, Cruise, Family, PerFamily, ResponseMap, direction};
 pub use learnt_factors::{LearntFactor, LearntFactors, LearntField};
 
@@ -65,6 +66,8 @@ pub struct MotorResponse<'a> {
     pub map: &'a ResponseMap,
     /// What was learnt of this motor.
     pub correction: &'a MapCorrection,
+    /// The amplitudes that its cruises are driven at.
+    pub(crate) amplitudes: &'a AmplitudeSearch,
 }
 
 /// What a burst is forecast to do.
@@ -124,6 +127,7 @@ impl MotorResponse<'_> {
     /// The cruise of `mode` up to `amplitude_max` for the last `remaining_rad`, see [`ResponseMap::cruise_within`]. A
     /// motor of half the rate coasts half as far: it is driven as if twice as much remained.
     pub fn cruise_within(&self, mode: DriveMode, amplitude_max: f32, remaining_rad: f32) -> Option<Cruise> {
+        let amplitude_max = self.amplitudes.strongest(self.map, mode, amplitude_max);
         self.map.cruise_within(mode, amplitude_max, remaining_rad / self.correction.rate_scale(mode))
     }
 }

@@ -23,7 +23,8 @@
 //! The drive is on in `Cruise`, `Burst` and `Brake` only, and off within a tick of the loss of the estimate. What to
 //! drive is decided in [`crate::drive_plan`]; the angle at rest comes from [`crate::rest_filter`], how this motor
 //! differs from the map from [`crate::map_correction`], and whether a cruise turns the rotor from
-//! [`crate::progress_window`]. A cruise is in [`cruise`], a drive that fails in [`failures`], and a rotor with the
+//! [`crate::progress_window`]. One that turns it slowly, or back, is followed by cruises of other amplitudes
+//! ([`crate::amplitude_search`]). A cruise is in [`cruise`], a drive that fails in [`failures`], and a rotor with the
 //! drive off in [`settling`].
 
 mod cruise;
@@ -34,6 +35,7 @@ mod settling;
 use estimator::{Estimate, Health, Reason};
 use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 
+use crate::amplitude_search::AmplitudeSearch;
 use crate::drive_plan::DrivePlan;
 use crate::map_correction::MapCorrection;
 use crate::progress_window::ProgressWindow;
@@ -66,6 +68,7 @@ pub struct Positioning {
     phase: PositioningPhase,
     rest: RestFilter,
     correction: MapCorrection,
+    amplitudes: AmplitudeSearch,
     /// Drives since the rotor was nearest to the target, and how near that was, in rad.
     drives: u32,
     nearest_rad: f32,
@@ -104,6 +107,7 @@ impl Positioning {
             phase: PositioningPhase::Settling(Wait::Rest),
             rest: RestFilter::default(),
             correction: MapCorrection::of(map),
+            amplitudes: AmplitudeSearch::default(),
             drives: 0,
             nearest_rad: f32::INFINITY,
             stalls: 0,

@@ -12,24 +12,24 @@
 //! exactly 0 means rest: the drive is off, and the reference is where the rotor comes to rest.
 //!
 //! A rotor that tilts is fastest below full drive. No drive is stronger than the amplitude that turns it fastest: the
-//! last cruise of a map of its own, or what is found by its rates ([`amplitude_search`]).
+//! last cruise of a map of its own, or what is found by its rates ([`rate_search`]).
 //!
 //! A rotor that does not follow, the end of the travel, too long a drive and too long a time without an estimate end
 //! the hold ([`limits`]): the drive is off until another rate is followed.
 
-mod amplitude_search;
 mod limits;
 mod profile;
+mod rate_search;
 #[cfg(test)]
 mod tests;
 
 use estimator::{Estimate, Health, Instruments};
 use motor_model::{Angle, AngleAccumulator, DriveCommand, DriveMode, Time};
 
-use self::amplitude_search::{AmplitudeSearch, Driven};
 pub use self::limits::{RateLimits, RateStop};
 use self::limits::{RateState, RateWatch};
 pub use self::profile::{Dwell, Profile, RATE_MAX_RAD_S, RateProfile};
+use self::rate_search::{Driven, RateSearch};
 use crate::positioning::PositioningTuning;
 use crate::response_map::{ResponseMap, direction};
 
@@ -100,7 +100,7 @@ pub struct RateHold<P = Profile> {
     since: Time,
     changed_at: Time,
     watch: RateWatch,
-    search: AmplitudeSearch,
+    search: RateSearch,
     stopped: Option<RateStop>,
 }
 
@@ -117,7 +117,7 @@ impl<P: RateProfile> RateHold<P> {
             since: now,
             changed_at: now,
             watch: RateWatch::default(),
-            search: AmplitudeSearch::default(),
+            search: RateSearch::default(),
             stopped: None,
         }
     }
@@ -230,7 +230,7 @@ impl RateTuning {
         map: &ResponseMap,
         rate_rad_s: f32,
         behind_rad: f32,
-        search: &AmplitudeSearch,
+        search: &RateSearch,
     ) -> DriveCommand {
         let strongest = |mode| search.strongest(map, mode, self.amplitude_max);
         let mode = if rate_rad_s > 0.0 { DriveMode::B } else { DriveMode::C };

@@ -1,16 +1,23 @@
 //! What is driven next, against the map and closed forms.
 
+extern crate std;
+
+use std::sync::LazyLock;
+
 use super::*;
+use crate::amplitude_search::AmplitudeSearch;
 use crate::map_correction::MapCorrection;
 use crate::response_map::ResponseMap;
 use crate::situation::tests::situation;
+
+static ANY_AMPLITUDE: LazyLock<AmplitudeSearch> = LazyLock::new(AmplitudeSearch::default);
 
 fn map() -> &'static ResponseMap {
     ResponseMap::table_1()
 }
 
 fn motor(correction: &MapCorrection) -> MotorResponse<'_> {
-    MotorResponse { map: map(), correction }
+    MotorResponse { map: map(), correction, amplitudes: &ANY_AMPLITUDE }
 }
 
 fn family(remaining_mdeg: f32, sigma_mdeg: f32) -> Option<Family> {
@@ -217,8 +224,7 @@ fn law_a_family_that_a_map_lacks_is_replaced_by_its_neighbour() {
         }
         map.complete(self::map().step_walk_correlation()).unwrap();
         let correction = MapCorrection::of(&map);
-        match situation(remaining_mdeg, 0.2).plan(MotorResponse { map: &map, correction: &correction }, true)
-        {
+        match situation(remaining_mdeg, 0.2).plan(MotorResponse { map: &map, ..motor(&correction) }, true) {
             Some(DrivePlan::Burst(family, ..)) => Some(family),
             _ => None,
         }

@@ -8,9 +8,10 @@
 //! ```
 
 use estimator::Estimate;
-use motor_model::{Time, math};
+use motor_model::{DriveMode, Time, math};
 
 use super::{Positioning, PositioningPhase, StopReason, is_at_most};
+use crate::amplitude_search::{Candidates, Stage, Trial};
 use crate::drive_plan::frames_follow;
 use crate::progress_window::{ProgressWindow, WindowOutcome};
 use crate::response_map::{Cruise, ResponseMap, direction};
@@ -24,6 +25,10 @@ const CLOCKWISE_COAST_SIGMAS: f32 = 0.5;
 /// Standard deviations of the angle within which a cruise is near where it is to be cut: farther away an uncertain
 /// angle ends no cruise. An assumption: one normal error in 700 is larger.
 const NEAR_SIGMAS: f32 = 3.0;
+
+/// Part of the map's rate below which a cruise is slow, so that other amplitudes are tried. An assumption: motors of
+/// the design are slower than the map by a third at most.
+const SLOW_PART: f32 = 0.5;
 
 impl Positioning {
     /// Drive on: goes on, changes, or is cut.
@@ -41,25 +46,29 @@ impl Positioning {
         }
         let direction = direction(cruise.mode);
         let window_nanos = self.tuning.progress_window_nanos;
+        let retargeted = core::mem::take(&mut self.retargeted);
+        let mut tries_another = false;
         let next_window = match progress.outcome(cruise.rate_rad_s, window_nanos, now, estimate) {
             WindowOutcome::Open => None,
             WindowOutcome::Turns(rate_rad_s) => {
                 (self.stalls, self.wrong_ways) = (0, 0);
-                self.learn_rate(&cruise, rate_rad_s);
+                tries_another = self.tries_another(map, &cruise, rate_rad_s);
+                if !tries_another {
+                    self.learn_rate(&cruise, rate_rad_s);
+                }
                 Some(ProgressWindow::from(now, estimate))
             }
             WindowOutcome::Stuck => {
                 self.learn_rate(&cruise, 0.0);
                 self.watch = SettlingWatch::new(None);
+                if *self.amplitudes.stage(cruise.mode) != Stage::Open {
+                    self.tries_another(map, &cruise, 0.0);
+                }
                 return Some(self.stall(cruise.mode));
             }
-            WindowOutcome::WrongWay(_) => {
-                self.watch = SettlingWatch::new(None);
-                return Some(self.wrong_way());
-            }
+            WindowOutcome::WrongWay(back_rad_s) => return Some(self.turns_back(map, &cruise, back_rad_s)),
         };
         let remaining_rad = direction * self.target.angle().radians_since::<f32>(estimate.angle);
-        let retargeted = core::mem::take(&mut self.retargeted);
         let rate_rad_s = direction * estimate.rate_rad_s;
         // Not `f32::max`, for which the microcontroller calls a function.
         let coast_rad = map.coast_rad(cruise.mode, if rate_rad_s > 0.0 { rate_rad_s } else { 0.0 });
@@ -72,7 +81,10 @@ impl Positioning {
         let uncertain = estimate.angle_rad2 > self.tuning.cruise_variance_max_rad2
             && estimate.angle_rad2 > coast_rad2
             && is_at_most(before_cut_rad, NEAR_SIGMAS, estimate.angle_rad2);
-        if arrived || too_long || uncertain {
+        if arrived || too_long || uncertain || tries_another {
+            if tries_another {
+                self.trial = None;
+            }
             if uncertain {
                 // The next cruise would end the same way, perhaps before it has turned the rotor.
                 self.bursts_only = true;
@@ -93,6 +105,53 @@ impl Positioning {
         }
     }
 
+    /// A cruise that turns the rotor the wrong way. It may only have started so. After the second in a row another
+    /// amplitude is tried, unless this one is the fastest.
+    #[cold]
+    #[inline(never)]
+    fn turns_back(&mut self, map: &ResponseMap, cruise: &Cruise, back_rad_s: f32) -> PositioningPhase {
+        self.watch = SettlingWatch::new(None);
+        if self.wrong_ways > 0 && !matches!(self.amplitudes.stage(cruise.mode), Stage::Found(_)) {
+            self.tries_another(map, cruise, -back_rad_s);
+        }
+        self.wrong_way()
+    }
+
+    /// Whether the rotor is driven at another amplitude from its next rest on, since `cruise` turns it at `rate_rad_s`
+    /// in the direction of its mode. Less than [`SLOW_PART`] of the map's rate begins a search. Each amplitude begins
+    /// at rest: a rotor whose drive weakens on the way may come to ride on the teeth, and goes on so under full drive.
+    #[cold]
+    #[inline(never)]
+    fn tries_another(&mut self, map: &ResponseMap, cruise: &Cruise, rate_rad_s: f32) -> bool {
+        let candidates = self.candidates(map, cruise.mode);
+        let least_rad_s = SLOW_PART * direction(cruise.mode) * cruise.rate_rad_s;
+        let next = match *self.amplitudes.stage(cruise.mode) {
+            Stage::Open if rate_rad_s < least_rad_s => {
+                Trial::below(cruise.amplitude, rate_rad_s, candidates).map(Stage::Trying)
+            }
+            Stage::Trying(trial) if candidates.row(trial.row) == Some(cruise) => {
+                Some(trial.after(candidates, rate_rad_s))
+            }
+            Stage::Found(row) if candidates.row(row) == Some(cruise) => {
+                self.amplitudes.again((cruise.mode, row), candidates, rate_rad_s, least_rad_s)
+            }
+            Stage::Open | Stage::Trying(_) | Stage::Found(_) => None,
+        };
+        let Some(next) = next.filter(|_| self.tuning.learning) else { return false };
+        *self.amplitudes.stage_mut(cruise.mode) = next;
+        true
+    }
+
+    /// The cruises of `mode` among which the fastest is searched.
+    fn candidates<'m>(&self, map: &'m ResponseMap, mode: DriveMode) -> Candidates<'m> {
+        Candidates {
+            cruises: map.cruises_of(mode),
+            amplitude_max: self.tuning.limits.amplitude_max,
+            of_every_motor: true,
+            enough_rad_s: f32::INFINITY,
+        }
+    }
+
     /// Another cruise for what remains: a weaker one where the coast of `cruise` is too uncertain, and one as strong as
     /// a changed target asks for.
     fn another(
@@ -108,7 +167,8 @@ impl Positioning {
             return None;
         }
         let below = if retargeted { f32::INFINITY } else { cruise.amplitude };
-        map.cruise_weaker_than(below, cruise.mode, self.tuning.limits.amplitude_max, remaining_rad)
+        let strongest = self.amplitudes.strongest(map, cruise.mode, self.tuning.limits.amplitude_max);
+        map.cruise_weaker_than(below, cruise.mode, strongest, remaining_rad)
             .filter(|another| frames_follow(another, self.tuning.frame_wait_s()))
     }
 }

@@ -79,7 +79,7 @@ impl Positioning {
             self.rest.compare(estimate);
             return PositioningPhase::Holding;
         }
-        let motor = MotorResponse { map, correction: &corrected };
+        let motor = MotorResponse { map, correction: &corrected, amplitudes: &self.amplitudes };
         let Some(plan) = situation.plan(motor, self.ring_down.is_over(now)) else {
             return self.measure(now, estimate);
         };

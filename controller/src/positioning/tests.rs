@@ -1,9 +1,11 @@
 //! The state machine on a rotor that turns as a test prescribes.
 
 use super::*;
+use crate::response_map::Cruise;
 use crate::target::{Limits, Travel};
 use estimator::Reason;
 
+mod amplitudes;
 mod faults;
 mod waits;
 
@@ -91,8 +93,13 @@ impl Scenario {
 
     /// Lets a cruise run until it is cut; the rotor turns at `part` of the rate that the map says, and coasts.
     fn cruise(&mut self, part: f32) {
+        self.cruise_by(|cruise| part * cruise.rate_rad_s);
+    }
+
+    /// The same at a rate in rad/s, clockwise positive, of each cruise.
+    fn cruise_by(&mut self, mut rate_rad_s: impl FnMut(&Cruise) -> f32) {
         while let PositioningPhase::Cruise { cruise, .. } = self.phase() {
-            self.rate_rad_s = part * cruise.rate_rad_s;
+            self.rate_rad_s = rate_rad_s(&cruise);
             self.mdeg += 1e3 * f64::from((self.rate_rad_s * 1e-5).to_degrees());
             if self.moving().mode().is_none() {
                 self.mdeg += 1e3 * f64::from((self.rate_rad_s * cruise.coast_s).to_degrees());
@@ -180,8 +187,11 @@ fn law_cruises_weaken_near_the_target() {
         let (mode, mut amplitudes) = (last.mode(), 1);
         assert!((last.amplitude() - 1.0).abs() < f32::EPSILON);
         while last.mode().is_some() {
-            // A tenth of the rate that would carry it there without a coast.
-            scenario.mdeg += 2.0 * sign;
+            let PositioningPhase::Cruise { cruise, .. } = scenario.phase() else {
+                panic!("{:?}", scenario.phase())
+            };
+            // Six tenths of the map's rate, in a tick of 10 us.
+            scenario.mdeg += 6e-3 * f64::from(cruise.rate_rad_s.to_degrees());
             let next = scenario.moving();
             if next.mode().is_some() {
                 assert!(next.amplitude() <= last.amplitude() && next.mode() == mode);

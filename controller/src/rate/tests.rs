@@ -139,7 +139,7 @@ fn exact_a_slow_camera_is_followed_slowly() {
 #[test]
 fn exact_a_rotor_ahead_is_left_alone_until_it_is_far_ahead() {
     let tuning = RateTuning::default();
-    let none = AmplitudeSearch::default();
+    let none = RateSearch::default();
     let drive = |rate_rad_s, behind_rad| tuning.drive(map(), rate_rad_s, behind_rad, &none);
     assert_eq!(drive(1.0, -0.04), DriveCommand::OFF);
     assert_eq!(drive(1.0, -0.06).mode(), Some(DriveMode::C));

@@ -300,7 +300,7 @@ fn tool_a_stuck_rotor_ends_the_move_as_stalled() {
     }
 }
 
-/// K4.
+/// K4. Two cruises that turn back by a degree, and one of a weaker drive for a window of 0.15 s at most.
 #[test]
 fn tool_swapped_modes_end_the_move_as_inverted() {
     check_stopped(&["fault.modes=swapped"], "ModeInverted", 0.2);

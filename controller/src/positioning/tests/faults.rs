@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::positioning::failures::FAILURES_MAX;
-use crate::response_map::Cruise;
 use crate::target::Travel;
 
 /// K3: bursts without effect, and a cruise without effect: given up after a bounded number, each time.
@@ -178,9 +177,10 @@ fn law_a_rotor_that_sticks_on_the_way_is_noticed_in_time() {
     for target_mdeg in [3600e3, -3600e3] {
         let mut scenario = Scenario::new(target_mdeg, 0.5);
         let command = scenario.rest();
-        let along = f64::from(direction(command.mode().unwrap()));
+        let full = map().strongest_cruise(command.mode().unwrap(), 1.0).unwrap();
         for _ in 0..123_456 {
-            scenario.mdeg += 1.0 * along;
+            // Six tenths of the map's rate, in a tick of 10 us.
+            scenario.mdeg += 6e-3 * f64::from(full.rate_rad_s.to_degrees());
             assert_eq!(scenario.moving(), command);
         }
         let stuck_at = scenario.now;

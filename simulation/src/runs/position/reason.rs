@@ -16,7 +16,7 @@ pub(super) fn sentences(why: StopReason, outcome: &MoveOutcome, scene: &Scene) -
         ),
         StopReason::ModeInverted => (
             "the rotor turns against the direction of the mode that drives it".to_owned(),
-            "check which mode is driven at which frequency",
+            "check which mode is driven at which frequency, or commission the motor",
         ),
         StopReason::OutOfTravel => (
             "the target, or the rotor, is outside the travel allowed".to_owned(),
