@@ -219,3 +219,45 @@ impl AmplitudeSearch {
         map.cruises_of(mode).get(usize::from(row)).map_or(amplitude_max, |cruise| cruise.amplitude)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn candidates() -> Candidates<'static> {
+        Candidates {
+            cruises: ResponseMap::table_1().cruises_of(DriveMode::B),
+            amplitude_max: 1.0,
+            of_every_motor: true,
+            enough_rad_s: f32::INFINITY,
+        }
+    }
+
+    /// A search below a row ends at the next weaker one, however fast the rotor is there: that row has been driven.
+    #[test]
+    fn exact_a_search_below_a_row_does_not_try_it_again() {
+        let mut stage = Stage::Trying(Trial::below(0.7, 1.0, candidates()).unwrap());
+        for row in [1_u8, 2, 3] {
+            let Stage::Trying(trial) = stage else { panic!("{row}: {stage:?}") };
+            assert_eq!(trial.row, row);
+            stage = trial.after(candidates(), 2.0 + f32::from(row));
+        }
+        assert_eq!(stage, Stage::Found(3));
+    }
+
+    /// By the mean of six windows in a row of one mode a row is too slow, and by that of twelve the next time.
+    #[test]
+    fn exact_a_row_that_is_too_slow_in_the_mean_is_compared_again() {
+        let mut search = AmplitudeSearch::default();
+        let mut window = |mode, rate_rad_s| search.again((mode, 4), candidates(), rate_rad_s, 2.0);
+        for windows in [6, 12] {
+            assert!((1..windows).all(|_| window(DriveMode::B, 1.9).is_none()), "{windows}");
+            let stage = window(DriveMode::B, 1.9);
+            assert!(matches!(stage, Some(Stage::Trying(Trial { row: 3, .. }))), "{windows}: {stage:?}");
+        }
+        assert!((0..48).all(|_| window(DriveMode::B, 2.1).is_none()), "fast enough");
+        for mode in [DriveMode::B, DriveMode::C] {
+            assert!((0..13).all(|_| window(mode, 1.9).is_none()), "of both modes together");
+        }
+    }
+}
