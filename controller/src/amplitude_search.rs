@@ -20,6 +20,9 @@ use motor_model::DriveMode;
 
 use crate::response_map::{Cruise, ResponseMap};
 
+/// Part of the map's rate, or of the rate asked for, below which a rotor is slow, so that other amplitudes are tried.
+/// An assumption: motors of the design are slower than the map by a third at most.
+pub(crate) const SLOW_PART: f32 = 0.5;
 /// Windows in a row by whose mean the fastest row may be too slow, and how often their number is doubled at most.
 const WINDOWS: u8 = 6;
 const DOUBLINGS: u8 = 4;
@@ -34,7 +37,7 @@ pub(crate) enum Stage {
     #[default]
     Open,
     /// A row is tried.
-    Trying(Trial),
+    Trying(RowTrial),
     /// The fastest row.
     Found(u8),
 }
@@ -48,7 +51,7 @@ struct Tried {
 
 /// A row that is tried.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Trial {
+pub(crate) struct RowTrial {
     pub row: u8,
     /// Whether rows are tried from weak to strong.
     is_upwards: bool,
@@ -111,7 +114,7 @@ impl<'a> Candidates<'a> {
     }
 }
 
-impl Trial {
+impl RowTrial {
     /// The first of a search that goes down first.
     pub fn at(row: u8) -> Self {
         Self { row, is_upwards: false, first: row, end: u8::MAX, best: None }
@@ -207,14 +210,14 @@ impl AmplitudeSearch {
             return None;
         }
         self.doublings += u8::from(self.doublings < DOUBLINGS);
-        Some(Trial::at(row).after(candidates, mean_rad_s))
+        Some(RowTrial::at(row).after(candidates, mean_rad_s))
     }
 
     /// The strongest amplitude of `mode` by `map` that is driven now, where `amplitude_max` is allowed.
     pub fn strongest(&self, map: &ResponseMap, mode: DriveMode, amplitude_max: f32) -> f32 {
         let row = match self.stage(mode) {
             Stage::Open => return amplitude_max,
-            Stage::Trying(Trial { row, .. }) | Stage::Found(row) => *row,
+            Stage::Trying(RowTrial { row, .. }) | Stage::Found(row) => *row,
         };
         map.cruises_of(mode).get(usize::from(row)).map_or(amplitude_max, |cruise| cruise.amplitude)
     }
@@ -236,7 +239,7 @@ mod tests {
     /// A search below a row ends at the next weaker one, however fast the rotor is there: that row has been driven.
     #[test]
     fn exact_a_search_below_a_row_does_not_try_it_again() {
-        let mut stage = Stage::Trying(Trial::below(0.7, 1.0, candidates()).unwrap());
+        let mut stage = Stage::Trying(RowTrial::below(0.7, 1.0, candidates()).unwrap());
         for row in [1_u8, 2, 3] {
             let Stage::Trying(trial) = stage else { panic!("{row}: {stage:?}") };
             assert_eq!(trial.row, row);
@@ -253,7 +256,7 @@ mod tests {
         for windows in [6, 12] {
             assert!((1..windows).all(|_| window(DriveMode::B, 1.9).is_none()), "{windows}");
             let stage = window(DriveMode::B, 1.9);
-            assert!(matches!(stage, Some(Stage::Trying(Trial { row: 3, .. }))), "{windows}: {stage:?}");
+            assert!(matches!(stage, Some(Stage::Trying(RowTrial { row: 3, .. }))), "{windows}: {stage:?}");
         }
         assert!((0..48).all(|_| window(DriveMode::B, 2.1).is_none()), "fast enough");
         for mode in [DriveMode::B, DriveMode::C] {

@@ -11,7 +11,7 @@ use estimator::Estimate;
 use motor_model::{DriveMode, Time, math};
 
 use super::{Positioning, PositioningPhase, StopReason, is_at_most};
-use crate::amplitude_search::{Candidates, Stage, Trial};
+use crate::amplitude_search::{Candidates, RowTrial, SLOW_PART, Stage};
 use crate::drive_plan::frames_follow;
 use crate::progress_window::{ProgressWindow, WindowOutcome};
 use crate::response_map::{Cruise, ResponseMap, direction};
@@ -25,10 +25,6 @@ const CLOCKWISE_COAST_SIGMAS: f32 = 0.5;
 /// Standard deviations of the angle within which a cruise is near where it is to be cut: farther away an uncertain
 /// angle ends no cruise. An assumption: one normal error in 700 is larger.
 const NEAR_SIGMAS: f32 = 3.0;
-
-/// Part of the map's rate below which a cruise is slow, so that other amplitudes are tried. An assumption: motors of
-/// the design are slower than the map by a third at most.
-const SLOW_PART: f32 = 0.5;
 
 impl Positioning {
     /// Drive on: goes on, changes, or is cut.
@@ -127,7 +123,7 @@ impl Positioning {
         let least_rad_s = SLOW_PART * direction(cruise.mode) * cruise.rate_rad_s;
         let next = match *self.amplitudes.stage(cruise.mode) {
             Stage::Open if rate_rad_s < least_rad_s => {
-                Trial::below(cruise.amplitude, rate_rad_s, candidates).map(Stage::Trying)
+                RowTrial::below(cruise.amplitude, rate_rad_s, candidates).map(Stage::Trying)
             }
             Stage::Trying(trial) if candidates.row(trial.row) == Some(cruise) => {
                 Some(trial.after(candidates, rate_rad_s))

@@ -20,19 +20,17 @@
 use estimator::Estimate;
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
-use crate::amplitude_search::{AmplitudeSearch, Candidates, Stage, Trial};
+use crate::amplitude_search::{AmplitudeSearch, Candidates, RowTrial, SLOW_PART, Stage};
 use crate::response_map::{Cruise, ResponseMap, direction};
 
 /// Time in ns from a change of the amplitude until the rate is measured: the rotor reaches it.
 const SPIN_UP_NANOS: u64 = 50_000_000;
-/// Part of the rate asked for below which a rotor that is driven more strongly than that asks for is tried at less. An
-/// assumption: motors of the design are slower than the map by a third at most.
-const SLOW_PART: f32 = 0.5;
 /// Rate, per that asked for, at which the search ends: the tenth catches up.
 const ENOUGH: f32 = 1.1;
 /// Windows by which a row is compared with others. An assumption: by the mean of one the rate of a rotor that tilts is
 /// known to some 20 %.
 const TRIAL_WINDOWS: u64 = 2;
+
 /// A rate that is being measured.
 #[derive(Clone, Copy, Debug)]
 struct Measured {
@@ -151,7 +149,7 @@ impl RateSearch {
     fn measured_from(&mut self, driven: &Driven) -> Option<f32> {
         match self.amplitudes.stage_mut(driven.mode()) {
             Stage::Open => driven.weakest_row().and_then(|row| driven.row(row + 1)),
-            Stage::Trying(Trial { row, .. }) | Stage::Found(row) => driven.row(*row),
+            Stage::Trying(RowTrial { row, .. }) | Stage::Found(row) => driven.row(*row),
         }
         .map(|cruise| cruise.amplitude)
     }
@@ -192,7 +190,7 @@ impl RateSearch {
 
 /// The first row that is tried.
 fn first_trial(driven: &Driven) -> Stage {
-    driven.weakest_row().map_or(Stage::Open, |row| Stage::Trying(Trial::at(row)))
+    driven.weakest_row().map_or(Stage::Open, |row| Stage::Trying(RowTrial::at(row)))
 }
 
 #[cfg(test)]
