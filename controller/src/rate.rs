@@ -190,7 +190,7 @@ impl<P: RateProfile> RateHold<P> {
         let state = RateState { last_nanos, driven, estimate, rate_rad_s };
         if self.stopped.is_none() {
             let stop = self.watch.check(&self.tuning.limits, map, &state);
-            self.stopped = stop.filter(|why| !self.tries_less(*why, map, rate_rad_s, now));
+            self.stopped = stop.filter(|why| !self.tries_another(*why, map, rate_rad_s, now));
         }
         if self.stopped.is_some() {
             return DriveCommand::OFF;
@@ -200,7 +200,9 @@ impl<P: RateProfile> RateHold<P> {
         }
         self.changed_at = now;
         let driven = self.driven(map, rate_rad_s);
-        self.search.watch(&driven, now, estimate);
+        if self.search.watch(&driven, now, estimate) {
+            self.watch.begin_anew();
+        }
         self.tuning.drive(map, rate_rad_s, behind_rad, &self.search)
     }
 
@@ -209,17 +211,17 @@ impl<P: RateProfile> RateHold<P> {
         Driven { map, command: self.command, rate_rad_s, amplitude_max, window_nanos: progress_window_nanos }
     }
 
-    /// Whether a rotor that does not follow, for the reason `why`, is driven on more weakly.
+    /// Whether a rotor that does not follow, for the reason `why`, is driven on at another amplitude.
     #[cold]
     #[inline(never)]
-    fn tries_less(&mut self, why: RateStop, map: &ResponseMap, rate_rad_s: f32, now: Time) -> bool {
+    fn tries_another(&mut self, why: RateStop, map: &ResponseMap, rate_rad_s: f32, now: Time) -> bool {
         let driven = self.driven(map, rate_rad_s);
         let does_not_follow = matches!(why, RateStop::Stuck | RateStop::WrongWay);
-        let tries_less = does_not_follow && self.search.tries_less(&driven, now);
-        if tries_less {
+        let tries_another = does_not_follow && self.search.tries_another(&driven, now);
+        if tries_another {
             self.watch.begin_anew();
         }
-        tries_less
+        tries_another
     }
 }
 

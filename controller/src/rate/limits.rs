@@ -109,8 +109,8 @@ impl RateWatch {
         (self.blind_nanos > limits.blind_max_nanos).then_some(RateStop::NoEstimate)
     }
 
-    /// The rotor is driven more weakly from now on: the windows in which it did not follow count no more, and the next
-    /// ones are whole.
+    /// The rotor is driven at another amplitude from now on: the windows in which it did not follow count no more, and
+    /// the next ones are whole.
     pub fn begin_anew(&mut self) {
         (self.window, self.failed, self.has_turned) = (None, 0, true);
     }

@@ -10,8 +10,11 @@
 //! search:  from that row on, each row for 50 ms and two windows
 //! end:     at a row that is faster than the rate asked for by a tenth, or at the fastest
 //! again:   the rotor was behind for six windows, or as many as that search asks for, and slower than asked for by
-//!          their mean
+//!          their mean; or it sticks or turns back at the fastest
 //! ```
+//!
+//! A row at which the rotor sticks or turns back is one of no rate, if the rotor has turned at another row of the
+//! search, or at the drive before it; otherwise the hold ends.
 //!
 //! No drive is stronger than the amplitude that is tried, or found. Where the map promises the rate asked for at its
 //! strongest cruise alone, or not at all, nothing is searched: a weaker drive gives less. A map that commissioning made
@@ -30,6 +33,10 @@ const ENOUGH: f32 = 1.1;
 /// Windows by which a row is compared with others. An assumption: by the mean of one the rate of a rotor that tilts is
 /// known to some 20 %.
 const TRIAL_WINDOWS: u64 = 2;
+
+/// Part of the rate asked for at which a rotor has turned, or turned back. An assumption: twice what counts as
+/// following, since a rate over half a window is known half as well.
+const TURNED_PART: f32 = 0.04;
 
 /// A rate that is being measured.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +60,8 @@ impl Measured {
 pub(super) struct RateSearch {
     amplitudes: AmplitudeSearch,
     measured: Option<Measured>,
+    /// Whether the rotor has turned at an amplitude of the search under way, or at the one before it.
+    has_turned: bool,
 }
 
 /// What a rate is measured of.
@@ -112,25 +121,29 @@ impl RateSearch {
         self.amplitudes.forget_recent();
     }
 
-    /// Measures the rate of a rotor that is `driven` until `now`.
+    /// Measures the rate of a rotor that is `driven` until `now`. Returns whether the rotor, which has turned back, is
+    /// driven at another amplitude from now on.
     #[cold]
     #[inline(never)]
-    pub fn watch(&mut self, driven: &Driven, now: Time, estimate: &Estimate<f32>) {
+    pub fn watch(&mut self, driven: &Driven, now: Time, estimate: &Estimate<f32>) -> bool {
         let mode = driven.mode();
-        let Some(amplitude) = self.measured_from(driven) else { return self.pause() };
-        if driven.command.mode() != Some(mode) || driven.command.amplitude() < amplitude {
-            return self.pause();
+        let amplitude = self.measured_from(driven).filter(|amplitude| {
+            driven.command.mode() == Some(mode) && driven.command.amplitude() >= *amplitude
+        });
+        if amplitude.is_none() {
+            self.pause();
+            return false;
         }
         let measured =
             self.measured.filter(|measured| measured.mode == mode).unwrap_or(Measured::anew(mode, now));
         self.measured = Some(measured);
         if now < measured.from {
-            return;
+            return false;
         }
         let next = Some(Measured { begun: Some((now, estimate.angle)), ..measured });
         let Some((at, angle)) = measured.begun else {
             self.measured = next;
-            return;
+            return false;
         };
         let window_nanos = match self.amplitudes.stage_mut(mode) {
             Stage::Open => driven.window_nanos / 2,
@@ -138,11 +151,12 @@ impl RateSearch {
             Stage::Found(_) => driven.window_nanos,
         };
         if now.nanos_since(at) < window_nanos {
-            return;
+            return false;
         }
         let turned_rad: f32 = direction(mode) * estimate.angle.radians_since::<f32>(angle);
         self.measured = next;
-        self.take(driven, turned_rad / now.seconds_since::<f32>(at), now);
+        let rate_rad_s = turned_rad / now.seconds_since::<f32>(at);
+        self.take(driven, rate_rad_s, now) && rate_rad_s < -TURNED_PART * driven.asked_rad_s()
     }
 
     /// The amplitude from which on the rate is measured: of a rotor that is behind.
@@ -154,37 +168,50 @@ impl RateSearch {
         .map(|cruise| cruise.amplitude)
     }
 
-    /// Takes the rate of a window that ends at `now`.
-    fn take(&mut self, driven: &Driven, rate_rad_s: f32, now: Time) {
+    /// Takes the rate of a window that ends at `now`. Returns whether another amplitude follows.
+    fn take(&mut self, driven: &Driven, rate_rad_s: f32, now: Time) -> bool {
         let (mode, asked_rad_s) = (driven.mode(), driven.asked_rad_s());
-        let next = match *self.amplitudes.stage_mut(mode) {
+        let stage = *self.amplitudes.stage(mode);
+        let goes_on = matches!(stage, Stage::Trying(_));
+        self.has_turned = rate_rad_s > TURNED_PART * asked_rad_s || goes_on && self.has_turned;
+        let next = match stage {
             Stage::Open if rate_rad_s < SLOW_PART * asked_rad_s => first_trial(driven),
-            Stage::Open => return,
+            Stage::Open => return false,
             Stage::Trying(trial) => trial.after(driven.candidates(), rate_rad_s),
             Stage::Found(row) => {
                 let Some(next) =
                     self.amplitudes.again((mode, row), driven.candidates(), rate_rad_s, asked_rad_s)
                 else {
-                    return;
+                    return false;
                 };
                 next
             }
         };
         *self.amplitudes.stage_mut(mode) = next;
         self.measured = Some(Measured::anew(mode, now));
+        true
     }
 
-    /// The rotor sticks or turns back. Whether a weaker drive is tried for it, since this one is stronger than the map
-    /// asks for, and has been for long enough.
-    pub fn tries_less(&mut self, driven: &Driven, now: Time) -> bool {
+    /// The rotor sticks or turns back. Whether another amplitude is tried for it: a weaker one, since this one is
+    /// stronger than the map asks for, and has been for long enough; the next of a search in which it has turned at
+    /// another; or, from the fastest on, those of a new search.
+    pub fn tries_another(&mut self, driven: &Driven, now: Time) -> bool {
         let mode = driven.mode();
         let is_measured = self.measured.is_some_and(|measured| measured.mode == mode && now >= measured.from);
-        if !is_measured || !matches!(self.amplitudes.stage_mut(mode), Stage::Open) {
+        let stage = *self.amplitudes.stage(mode);
+        let next = match stage {
+            Stage::Open if is_measured => first_trial(driven),
+            Stage::Trying(trial) if self.has_turned => trial.after(driven.candidates(), 0.0),
+            Stage::Found(row) => RowTrial::at(row).after(driven.candidates(), 0.0),
+            Stage::Open | Stage::Trying(_) => stage,
+        };
+        if next == stage {
             return false;
         }
-        *self.amplitudes.stage_mut(mode) = first_trial(driven);
+        self.has_turned &= matches!(stage, Stage::Trying(_));
+        *self.amplitudes.stage_mut(mode) = next;
         self.measured = Some(Measured::anew(mode, now));
-        !matches!(self.amplitudes.stage_mut(mode), Stage::Open)
+        true
     }
 }
 

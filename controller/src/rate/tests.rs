@@ -223,12 +223,12 @@ fn dwell(rate_deg_s: f64) -> Profile {
 }
 
 /// A rotor that stands is noticed after two windows of 0.15 s with the drive on, which comes on when it is behind by
-/// 0.05 degrees: after a millisecond at 50 deg/s. At 0.2 deg/s a window lasts until the turn asked for exceeds ten
-/// standard deviations of two angles, 0.0810 degrees: 0.4 s, after 0.25 s.
+/// 0.05 degrees: after a millisecond at 50 deg/s. At 0.2 deg/s a window lasts until the turn asked for exceeds forty
+/// standard deviations of two angles, 0.324 degrees: 1.62 s, after 0.25 s.
 #[test]
 fn exact_a_rotor_that_stands_ends_the_hold_after_two_windows() {
-    for (rate_deg_s, expected_s) in [(100.0, 0.3005), (-50.0, 0.301), (0.2, 0.25 + 2.0 * 0.4051)] {
-        let (stopped, ..) = led(RateLimits::default(), dwell(rate_deg_s), 0.0, &|_| 0.0, 2.0);
+    for (rate_deg_s, expected_s) in [(100.0, 0.3005), (-50.0, 0.301), (0.2, 0.25 + 2.0 * 1.6205)] {
+        let (stopped, ..) = led(RateLimits::default(), dwell(rate_deg_s), 0.0, &|_| 0.0, 4.0);
         let (at_s, why) = stopped.unwrap();
         assert_eq!(why, RateStop::Stuck);
         assert!((at_s - expected_s).abs() < 2e-3, "{rate_deg_s}: {at_s} {expected_s}");

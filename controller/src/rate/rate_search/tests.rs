@@ -2,6 +2,8 @@
 
 extern crate std;
 
+use core::cell::Cell;
+
 use estimator::Health;
 
 use super::*;
@@ -100,6 +102,52 @@ fn law_a_rotor_that_turns_back_at_full_drive_is_held_at_less() {
     assert!(ended.stopped.is_none() && ended.behind_deg.abs() < 3.0, "{ended:?}");
     let ended = held(ResponseMap::table_1(), 250.0, &|_| -100.0, 6.0);
     assert_eq!(ended.stopped, Some(RateStop::WrongWay));
+}
+
+/// The rates of `of` by the time in s for which the rotor was driven, and the amplitude.
+fn in_time(of: impl Fn(f64, f32) -> f64) -> impl Fn(f32) -> f64 {
+    let ticks = Cell::new(0_u64);
+    move |amplitude| {
+        ticks.set(ticks.get() + 1);
+        of(1e-9 * (ticks.get() * crate::TICK_NANOS) as f64, amplitude)
+    }
+}
+
+/// A rotor that turns back at full drive, but not at once, and at less comes to turn after a quarter of a second: the
+/// windows at full drive do not count there, so that it is held.
+#[test]
+fn law_a_rotor_that_turns_back_after_a_while_is_held_at_less() {
+    let rotor = in_time(|time_s, amplitude| match (time_s, amplitude) {
+        (..0.03, _) => 400.0,
+        (..0.2, _) => 250.0,
+        (_, 0.55..) => -100.0,
+        (..0.55, _) => 0.0,
+        _ => tilting(amplitude),
+    });
+    let ended = held(ResponseMap::table_1(), 250.0, &rotor, 8.0);
+    assert!(ended.stopped.is_none() && ended.behind_deg.abs() < 3.0, "{ended:?}");
+}
+
+/// A rotor that stands for longer than two windows at the amplitude that was found is driven on at another, and one
+/// that stands there too ends the hold.
+#[test]
+fn law_a_rotor_that_stands_at_what_was_found_is_driven_at_another() {
+    for (until_s, stopped) in [(3.45, None), (f64::INFINITY, Some(RateStop::Stuck))] {
+        let stands = 3.0..until_s;
+        let rotor =
+            in_time(|time_s, amplitude| if stands.contains(&time_s) { 0.0 } else { tilting(amplitude) });
+        let ended = held(ResponseMap::table_1(), 400.0, &rotor, 6.0);
+        assert_eq!(ended.stopped, stopped, "{until_s}: {ended:?}");
+    }
+}
+
+/// A rotor that turns under strong drives alone is driven so, though it stands at the rows with which the search
+/// begins.
+#[test]
+fn law_rows_at_which_a_rotor_stands_do_not_end_a_search() {
+    let strong = |amplitude: f32| if amplitude < 0.85 { 0.0 } else { 100.0 };
+    let ended = held(ResponseMap::table_1(), 600.0, &strong, 8.0);
+    assert!(ended.stopped.is_none() && ended.amplitude > 0.85, "{ended:?}");
 }
 
 /// A rotor that is as much slower than the map as none of the design is keeps its full drive, which is its fastest.
