@@ -60,8 +60,8 @@ impl Measured {
 pub(super) struct RateSearch {
     amplitudes: AmplitudeSearch,
     measured: Option<Measured>,
-    /// Whether the rotor has turned at an amplitude of the search under way, or at the one before it.
-    has_turned: bool,
+    /// Whether the rotor has turned at an amplitude of the search under way, or at the one before it: in modes B and C.
+    has_turned: [bool; 2],
 }
 
 /// What a rate is measured of.
@@ -115,6 +115,14 @@ impl RateSearch {
         self.amplitudes.strongest(map, mode, amplitude_max)
     }
 
+    fn has_turned(&mut self, mode: DriveMode) -> &mut bool {
+        let [clockwise, counter_clockwise] = &mut self.has_turned;
+        match mode {
+            DriveMode::B => clockwise,
+            DriveMode::C => counter_clockwise,
+        }
+    }
+
     /// Nothing is measured without an estimate or a rate.
     pub fn pause(&mut self) {
         self.measured = None;
@@ -145,7 +153,7 @@ impl RateSearch {
             self.measured = next;
             return false;
         };
-        let window_nanos = match self.amplitudes.stage_mut(mode) {
+        let window_nanos = match self.amplitudes.stage(mode) {
             Stage::Open => driven.window_nanos / 2,
             Stage::Trying(_) => TRIAL_WINDOWS * driven.window_nanos,
             Stage::Found(_) => driven.window_nanos,
@@ -160,8 +168,8 @@ impl RateSearch {
     }
 
     /// The amplitude from which on the rate is measured: of a rotor that is behind.
-    fn measured_from(&mut self, driven: &Driven) -> Option<f32> {
-        match self.amplitudes.stage_mut(driven.mode()) {
+    fn measured_from(&self, driven: &Driven) -> Option<f32> {
+        match self.amplitudes.stage(driven.mode()) {
             Stage::Open => driven.weakest_row().and_then(|row| driven.row(row + 1)),
             Stage::Trying(RowTrial { row, .. }) | Stage::Found(row) => driven.row(*row),
         }
@@ -172,8 +180,9 @@ impl RateSearch {
     fn take(&mut self, driven: &Driven, rate_rad_s: f32, now: Time) -> bool {
         let (mode, asked_rad_s) = (driven.mode(), driven.asked_rad_s());
         let stage = *self.amplitudes.stage(mode);
-        let goes_on = matches!(stage, Stage::Trying(_));
-        self.has_turned = rate_rad_s > TURNED_PART * asked_rad_s || goes_on && self.has_turned;
+        let has_turned = self.has_turned(mode);
+        *has_turned &= matches!(stage, Stage::Trying(_));
+        *has_turned |= rate_rad_s > TURNED_PART * asked_rad_s;
         let next = match stage {
             Stage::Open if rate_rad_s < SLOW_PART * asked_rad_s => first_trial(driven),
             Stage::Open => return false,
@@ -201,14 +210,14 @@ impl RateSearch {
         let stage = *self.amplitudes.stage(mode);
         let next = match stage {
             Stage::Open if is_measured => first_trial(driven),
-            Stage::Trying(trial) if self.has_turned => trial.after(driven.candidates(), 0.0),
+            Stage::Trying(trial) if *self.has_turned(mode) => trial.after(driven.candidates(), 0.0),
             Stage::Found(row) => RowTrial::at(row).after(driven.candidates(), 0.0),
             Stage::Open | Stage::Trying(_) => stage,
         };
         if next == stage {
             return false;
         }
-        self.has_turned &= matches!(stage, Stage::Trying(_));
+        *self.has_turned(mode) &= matches!(stage, Stage::Trying(_));
         *self.amplitudes.stage_mut(mode) = next;
         self.measured = Some(Measured::anew(mode, now));
         true

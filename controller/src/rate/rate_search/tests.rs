@@ -150,6 +150,30 @@ fn law_rows_at_which_a_rotor_stands_do_not_end_a_search() {
     assert!(ended.stopped.is_none() && ended.amplitude > 0.85, "{ended:?}");
 }
 
+/// A rotor that has turned in mode B, and stands under mode C, is driven at another amplitude of B, and not of C.
+#[test]
+fn exact_a_mode_says_nothing_of_the_other() {
+    let driven = |rate_deg_s: f32, mode| Driven {
+        map: ResponseMap::table_1(),
+        command: DriveCommand::full(mode),
+        rate_rad_s: rate_deg_s.to_radians(),
+        amplitude_max: 1.0,
+        window_nanos: crate::progress_window::WINDOW_NANOS,
+    };
+    let modes = [(driven(600.0, DriveMode::B), 100.0), (driven(-50.0, DriveMode::C), 0.0)];
+    let mut search = RateSearch::default();
+    let (mut now, mut deg) = (Time::ZERO, 0.0);
+    for (driven, rate_deg_s) in &modes {
+        // To spin up and half a window take an eighth of a second.
+        for _ in 0..150 {
+            now = now.plus_nanos(1_000_000);
+            deg += 1e-3 * rate_deg_s;
+            search.watch(driven, now, &crate::rest_filter::tests::estimate(1e3 * deg, 1.0));
+        }
+    }
+    assert_eq!(modes.map(|(driven, _)| search.tries_another(&driven, now)), [true, false]);
+}
+
 /// A rotor that is as much slower than the map as none of the design is keeps its full drive, which is its fastest.
 #[test]
 fn exact_a_slow_rotor_keeps_full_drive() {
