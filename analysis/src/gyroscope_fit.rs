@@ -15,10 +15,10 @@
 //!
 //! On a rotor that tilts the gyroscope turns about the rotor's own axis, and the reference is the angle seen from
 //! above. Both differ by the solid angle that the axis sweeps. From interval to interval that is a sum of independent
-//! steps. Neither their size nor the tilt is in a data sheet, so that `strengths` finds W from the residuals. With it
-//! goes a factor on the filter's variances, which are too small where a motor turns slowly. Turns across the rotor's
-//! axis, which a misaligned gyroscope shows, are such steps as well, and stand in W. The gyroscope's noise, which the
-//! data sheet gives, stays.
+//! steps. Neither their size nor the tilt is in a data sheet, so that `strengths` finds W from the residuals, about a
+//! law of the rate (`coning_law`). With it goes a factor on the filter's variances, which are too small where a motor
+//! turns slowly. Turns across the rotor's axis, which a misaligned gyroscope shows, are such steps as well, and stand
+//! in W. The gyroscope's noise, which the data sheet gives, stays.
 //!
 //! V contains the drift of the bias during the run. The bias is the constant part; the drift is noise about it. The
 //! reference's error in A (some 5 milli-degrees in 10 degrees and more) is left out: it lowers `s` by its own square,
@@ -28,7 +28,10 @@
 //! Assoc. 57 (1962) 369-375.
 
 mod budget;
+mod coning_law;
+mod coordinate_search;
 mod strengths;
+pub mod turn_design;
 pub mod unknowns;
 mod whitening;
 
@@ -36,6 +39,7 @@ use motor_model::math;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 pub use budget::{CAUSES, StatedBudget};
+pub use coning_law::ConingLaw;
 use simulation::world::instruments::gyroscope::{GyroscopeNoise, noise::TimeSpan};
 pub use unknowns::Unknowns;
 use unknowns::{BIAS, COUNT, SCALE};
@@ -80,6 +84,8 @@ pub struct CalibrationFit {
     pub degrees_of_freedom: usize,
     /// Strengths that were found from the residuals.
     pub strengths: NoiseStrengths,
+    /// How coning grows with the rate.
+    pub coning_law: ConingLaw,
     /// What a degree more in each interval makes of each unknown.
     pub gains: DMatrix<f64>,
 }
@@ -133,7 +139,7 @@ impl CalibrationFit {
     /// bias, or have no noise.
     pub fn to(intervals: &[FitInterval], noise: &GyroscopeNoise, unknowns: &Unknowns) -> Option<Self> {
         let degrees_of_freedom = intervals.len().checked_sub(2)?;
-        let (strengths, solved) = strengths::found(intervals, noise, unknowns)?;
+        let (strengths, coning_law, solved) = strengths::found(intervals, noise, unknowns)?;
         let LeastSquares { found, covariance: found_covariance, chi_square, regressors_white, .. } = solved;
         let mut inverse_factor = DMatrix::identity(intervals.len(), intervals.len());
         whitening::whiten(intervals, noise, &strengths, &mut inverse_factor)?;
@@ -149,6 +155,7 @@ impl CalibrationFit {
             chi_square,
             degrees_of_freedom,
             strengths,
+            coning_law,
             gains,
         })
     }

@@ -230,3 +230,38 @@ fn law_intervals_hold_the_truth_whatever_the_coning() {
     let strength = strengths / f64::from(runs);
     assert!((strength - 1.0).abs() < 0.03, "{strength}");
 }
+
+/// 300 made-up calibrations in which the fastest turns are a pilot of three intervals, with coning of a hundred
+/// times the random walk, and the slow ones have nearly none: errors are as large as stated.
+#[test]
+fn law_a_short_pilot_with_strong_coning_weighs_little() {
+    let mut stream = stream(6, RandomSource::GyroscopeWalk);
+    let mut draw = |sigma: f64| {
+        let normal: f64 = StandardNormal.sample(&mut stream);
+        sigma * normal
+    };
+    // Rates in deg/s, intervals of a second, and the random walk by coning in deg/sqrt(s).
+    let drives = [(0.0, 30, 0.0), (120.0, 3, 0.025), (-100.0, 3, 0.01), (40.0, 30, 2e-3), (-50.0, 30, 1e-3)];
+    let turned: Vec<f64> = drives.iter().flat_map(|(rate, count, _)| vec![*rate; *count]).collect();
+    let of: Vec<usize> = (0..).zip(drives).flat_map(|(drive, (_, count, _))| vec![drive; count]).collect();
+    let (scale, runs) = (3e-4, 300_u32);
+    let mut squares = 0.0;
+    for _ in 0..runs {
+        let mut all = intervals(&turned, scale, 1e-3, 9e-6);
+        let mut error_deg = draw(3e-3);
+        for (interval, drive) in all.iter_mut().zip(&of) {
+            let until_deg = draw(3e-3);
+            interval.drive = *drive;
+            interval.shown_deg += draw(NOISE.walk_deg_rs) + draw(drives[*drive].2);
+            interval.turned_deg += until_deg - error_deg;
+            error_deg = until_deg;
+        }
+        let fit = fitted(&all, &NOISE).unwrap();
+        let sigmas = (fit.scale - scale) / fit.scale_sigma();
+        squares += sigmas * sigmas;
+    }
+    // Beyond these once in 10,000 sets each.
+    let (low, high) = chi_square_mean_bounds(f64::from(runs), 5e-5);
+    let mean_square = squares / f64::from(runs);
+    assert!((low..=high).contains(&mean_square), "{mean_square} within {low} to {high}");
+}

@@ -31,11 +31,8 @@ pub struct NoiseStrengths {
 }
 
 impl NoiseStrengths {
-    /// The filter's variances as they are, and no coning.
-    pub fn of_data_sheets(intervals: &[FitInterval]) -> Self {
-        let drives = intervals.iter().map(|interval| interval.drive + 1).max().unwrap_or(0);
-        Self { reference_factor: 1.0, coning_deg2_s: vec![0.0; drives] }
-    }
+    /// Bounds of the factor on the filter's variances.
+    pub(super) const REFERENCE_FACTORS: (f64, f64) = (1.0, 1e6);
 
     /// Variance by coning in an interval, in deg^2.
     pub fn coning_deg2(&self, interval: &FitInterval) -> f64 {

@@ -193,6 +193,12 @@ fn law_errors_on_a_rotor_that_tilts_are_as_large_as_stated() {
     let plan = &object["turn_plan"];
     assert_between(number(plan, "predicted_ppm"), 5.0, 200.0, plan);
     assert_between(number(plan, "needed_s"), 14.0, 1e5, plan);
+    // The keys ask for 120 deg/s clockwise and 200 the other way: the plan is at these, or at a part by the series R10.
+    for (side, asked_deg_s) in [("clockwise", 120.0), ("counter_clockwise", -200.0)] {
+        let part = plan[side][0].as_f64().expect("a rate") / asked_deg_s;
+        let is_of_series = |of: &f64| (of - part).abs() < 1e-9;
+        assert!([1.0, 0.8, 0.63, 0.5, 0.4, 0.315, 0.25, 0.2].iter().any(is_of_series), "{plan}");
+    }
 }
 
 /// A rotor that tilts has a pilot although nothing asks for one, and a note says what its plan promises before the
