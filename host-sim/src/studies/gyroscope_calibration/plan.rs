@@ -2,12 +2,12 @@
 //! best.
 //!
 //! How strongly a rotor goes round cones depends on the motor, on the mode and on the amplitude. On a rotor that tilts
-//! it grows with the second to fifth power of the rate: at 120 deg/s in mode B it is up to seventy times the
-//! gyroscope's random walk, at 30 deg/s as much or nothing. On a level rotor there is none. So the plan begins with a
-//! pilot: a rest, and a turn at the scene's rate and at a slower one to either side. What it shows gives a law of
-//! coning by the rate ([`ConingLaw`]), and this the rates and times of the rest ([`turn_design`]). The turns come in
-//! some rounds, so that what drifts slowly is not taken for a part of the rate. The data of the pilot are fitted with
-//! the others.
+//! it grows with the second to fifth power of the rate: at 120 deg/s in mode B it is thirty to eighty times the
+//! gyroscope's random walk, at 30 deg/s a fifth of it to three times as much. On a level rotor there is none. So the
+//! plan begins with a pilot: a rest, and a turn at the scene's rate and at a slower one to either side. What it shows
+//! gives a law of coning by the rate ([`ConingLaw`]), and this the rates and times of the rest ([`turn_design`]). The
+//! turns come in some rounds, so that what drifts slowly is not taken for a part of the rate. The data of the pilot are
+//! fitted with the others.
 //!
 //! A pilot has some eight intervals of a drive: it knows the strength of coning to half of itself, and misses a weak
 //! one that the reference hides. Where the plan shall be as long as an error takes, it is not trusted with the whole:
