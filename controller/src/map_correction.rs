@@ -27,8 +27,12 @@
 //!
 //! | symbol | unit | meaning | prior |
 //! |---|---|---|---|
-//! | `s_stride`, `s_nudge`, `s_throw` | 1 | turn of the bursts per turn of the map's | 1, spread of the middle burst |
+//! | `s_stride`, `s_throw` | 1 | turn of the bursts per turn of the map's | 1, spread of the middle burst |
+//! | `s_nudge` | 1 | the same for nudges | 1, spread of the least nudge |
 //! | `r_B`, `r_C` | 1 | rate of the cruises per rate of the map's | 1, spread of the strongest cruise |
+//!
+//! A move drives small nudges, to bring a rotor back that lies beyond its target. Of these the motors differ most. A
+//! map of one motor may know the middle nudge to a few percent, and the least one to a half.
 //!
 //! # Factors of the rates
 //!
@@ -87,7 +91,11 @@ impl MapCorrection {
 
     fn prior(map: &ResponseMap) -> Self {
         let families = PerFamily::of(Family::ALL.map(|family| {
-            let relative = map.middle(family).map_or(0.0, |middle| middle.motors_sd_rad / middle.turn_rad);
+            let row = match family {
+                Family::Nudge => map.bursts(family).first(),
+                Family::Step | Family::Walk | Family::Stride | Family::Throw => map.middle(family),
+            };
+            let relative = row.map_or(0.0, |row| row.motors_sd_rad / row.turn_rad);
             LearntFactor { value: 1.0, variance: relative * relative }
         }));
         let [step, walk] = [Family::Step, Family::Walk].map(|family| *families.get(family));
@@ -324,6 +332,27 @@ mod tests {
 
     fn middle(family: Family) -> Burst {
         *map().middle(family).unwrap()
+    }
+
+    /// A map of one motor that knows its middle nudge to 2 % and the least one to a half: the forecast of a nudge is as
+    /// uncertain as the least one is.
+    #[test]
+    fn exact_a_nudge_is_forecast_as_badly_as_the_least_one_is_known() {
+        let mut nudges = map().bursts(Family::Nudge).to_vec();
+        for (row, nudge) in nudges.iter_mut().enumerate() {
+            nudge.motors_sd_rad = if row == 0 { 0.5 } else { 0.02 } * nudge.turn_rad;
+        }
+        let bursts = Family::ALL.map(|family| match family {
+            Family::Nudge => nudges.as_slice(),
+            other => map().bursts(other),
+        });
+        let correlation = map().step_walk_correlation();
+        let of_motor = ResponseMap::try_new(*map().design(), map().cruises(), bursts, correlation).unwrap();
+        let correction = MapCorrection::of(&of_motor);
+        let least = Burst { repeat_sd_rad: 0.0, ..*of_motor.bursts(Family::Nudge).first().unwrap() };
+        let Forecast { turn_rad, turn_rad2 } = correction.forecast(Family::Nudge, &least);
+        let expected = 0.25 + MapCorrection::shape(Family::Nudge);
+        assert!((turn_rad2 / (turn_rad * turn_rad) / expected - 1.0).abs() < 1e-5, "{turn_rad2}");
     }
 
     /// One measurement without noise: the factor is right up to the map's spread from burst to burst and the shape.
