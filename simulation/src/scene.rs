@@ -284,6 +284,12 @@ impl Scene {
         self.integer("seed")
     }
 
+    /// The seed of what happens by chance in a run: noise, losses, delays. Motor and instruments are those of
+    /// [`Self::seed`]. Far apart for neighbours in seed or repetition.
+    pub fn noise_seed(&self) -> u64 {
+        self.seed().wrapping_add(self.integer("plant.repetition").wrapping_mul(0xD134_2543_DE82_EF95))
+    }
+
     /// The scene of run `number` of a sample: its seed names the first run, the seeds that follow it the others. Beyond
     /// the last seed the first follows.
     ///

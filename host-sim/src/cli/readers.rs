@@ -195,8 +195,10 @@ pub(super) const READERS: [Reader; 18] = [
     Reader { overwrites: &["camera.marks", "estimator.filter", "position"], ..reader("instruments", &MOVE) },
     Reader { overwrites: &["estimator.filter", "position"], ..reader("faults", &MOVE) },
     Reader {
+        // Without instruments nothing happens by chance: no repetition.
+        also: &["plant.rotor", "plant.parameters", "plant.impacts", "plant.friction", "plant.tolerance"],
         overwrites: &["plant.step_s", "plant.motor", "plant.stator"],
-        ..reader("response-map", &["seed", "motor", "plant"])
+        ..reader("response-map", &["seed", "motor"])
     },
     reader("stator", &["stator", "motor"]),
     reader("pil", &BOARD),

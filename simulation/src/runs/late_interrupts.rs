@@ -49,7 +49,7 @@ impl LateInterrupts {
                 hint: "plant.step_s=1e-6".to_owned(),
             });
         }
-        let draws = random_streams::stream(scene.seed(), RandomSource::LateInterrupts);
+        let draws = random_streams::stream(scene.noise_seed(), RandomSource::LateInterrupts);
         Ok(Uniform::new_inclusive(0, most).ok().map(|law| Self { takes_samples, law, draws }))
     }
 

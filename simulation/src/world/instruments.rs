@@ -69,7 +69,7 @@ struct FaultChances {
 impl FaultChances {
     /// Those of `scene` of which `pick` gives the probability.
     fn of(scene: &Scene, source: RandomSource, pick: impl Fn(FaultKind) -> Option<f64>) -> Self {
-        let stream = random_streams::stream(scene.seed(), source);
+        let stream = random_streams::stream(scene.noise_seed(), source);
         Self { probabilities: FaultTimes::of(scene, pick), stream }
     }
 

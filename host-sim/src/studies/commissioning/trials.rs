@@ -2,8 +2,9 @@
 //! with: `host-sim commission --trials`.
 //!
 //! The targets are those of `host-sim positioning-trials`. Of `n` motors, motor `k` goes to the targets of the trials
-//! `k`, `k + n`, `k + 2 n` and so on, each time from rest at zero and with the map as commissioning has made it. A
-//! motor that is refused makes no move by a map of its own, and counts in the table of what was refused.
+//! `k`, `k + n`, `k + 2 n` and so on, each time from rest at zero, with the map as commissioning has made it and with
+//! noise of its own. A motor that is refused makes no move by a map of its own, and counts in the table of what was
+//! refused.
 
 use serde::{Deserialize, Serialize};
 
@@ -84,20 +85,31 @@ impl CommissioningTrialsPlan {
     }
 }
 
+/// The moves of motor `number`. Each has noise of its own: the first that of the scene.
+fn moves(
+    scene: &Scene,
+    number: u64,
+    plan: &CommissioningTrialsPlan,
+) -> Result<Vec<PositioningTrial>, RunError> {
+    let first = scene.integer("plant.repetition");
+    let one = |of: u64| {
+        let mut scene = scene.clone();
+        scene.set("plant.repetition", &first.saturating_add(of).to_string())?;
+        let trials = PositioningTrialsPlan::new(&scene, Strategy::Planned, 1)?;
+        trials.trial_of_motor(number, number + of * plan.motors)
+    };
+    (0..plan.moves).map(one).collect()
+}
+
 impl CommissioningTrial {
     /// Motor `number` of `scene`.
     fn of(scene: &Scene, number: u64, plan: &CommissioningTrialsPlan) -> Result<Self, RunError> {
-        let CommissioningTrialsPlan { motors, moves, .. } = *plan;
-        let aims = (0..moves).map(|of| number + of * motors);
+        let motors = plan.motors;
         let own = scene.of_run(number)?;
         let motor = commission::run(&own, |_| ())?;
-        let moved = |scene: &Scene| -> Result<Vec<PositioningTrial>, RunError> {
-            let plan = PositioningTrialsPlan::new(scene, Strategy::Planned, 1)?;
-            aims.clone().map(|aim| plan.trial_of_motor(number, aim)).collect()
-        };
-        let by_prior = moved(scene)?;
+        let by_prior = moves(scene, number, plan)?;
         let (by_own, refused) = match motor.commissioned.map {
-            Ok(map) => match moved(&scene.clone().with_response_map(map)) {
+            Ok(map) => match moves(&scene.clone().with_response_map(map), number, plan) {
                 Ok(trials) => (trials, None),
                 // A move that the map does not allow is refused before it begins.
                 Err(error) => (Vec::new(), Some(error.to_string())),
@@ -222,6 +234,7 @@ impl CommissioningTrials {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::studies::positioning_trials;
 
     fn trial(number: u64, motors: u64) -> CommissioningTrial {
         CommissioningTrial {
@@ -236,6 +249,22 @@ mod tests {
             by_prior: Vec::new(),
             by_own: Vec::new(),
         }
+    }
+
+    /// Two moves of one motor to the same target are two trials: each has noise of its own.
+    #[test]
+    fn exact_moves_to_the_same_target_do_not_repeat_their_noise() {
+        let same = |seed: &u64| {
+            let [first, second] = [*seed, *seed + 1].map(positioning_trials::target);
+            first == second && first.1 > 0.0
+        };
+        let seed = (0..1000).find(same).unwrap();
+        let scene = Scene::of_sets(&[format!("seed={seed}")]).unwrap();
+        let plan = CommissioningTrialsPlan { motors: 1, moves: 2, part: Shard::ALL };
+        let made = moves(&scene, 0, &plan).unwrap();
+        let [first, second] = made.as_slice() else { panic!("{made:?}") };
+        assert!((first.target_deg - second.target_deg).abs() <= 0.0);
+        assert!((first.final_error_mdeg - second.final_error_mdeg).abs() > 1e-3, "{first:?} {second:?}");
     }
 
     /// Parts without the last motors are no whole, nor are parts of plans with other motors: their targets are others.

@@ -28,6 +28,13 @@ pub const SETTINGS: &[Setting] = &[
         meaning: "drawn around the design (motor.*) by the seed, plant.motor.* kept; drawn around the design with \
                   plant.motor.* in it; or the design as in simulate, plant.motor.* kept",
     },
+    Setting {
+        key: "plant.repetition",
+        unit: "",
+        kind: Kind::Integer { default: 0, min: 0, max: 1_000_000 },
+        meaning: "which run of the motor and the instruments that the seed names: noise, losses and delays are \
+                  drawn by the seed and this",
+    },
     #[cfg(feature = "members")]
     Setting {
         key: "plant.stator",

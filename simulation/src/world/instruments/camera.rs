@@ -106,7 +106,7 @@ pub struct Camera {
 impl Camera {
     /// The camera of a scene.
     pub fn new(scene: &Scene) -> Self {
-        let seed = scene.seed();
+        let seed = scene.noise_seed();
         let rate = EventRate::from_hz(scene.number("camera.frame_rate_hz"));
         let clock = EventClock::new(rate, scene.number("camera.phase_frames")).with_jitter(
             1e9 * scene.number("camera.period_jitter_s"),

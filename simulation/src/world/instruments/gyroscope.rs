@@ -58,15 +58,15 @@ pub struct Gyroscope {
     samples: u64,
 }
 
-/// Seed of the scene's gyroscope in the run: far apart for neighbours in seed or serial.
-fn seed_of(scene: &Scene) -> u64 {
-    scene.seed().wrapping_add(scene.integer("gyroscope.serial").wrapping_mul(0x9E37_79B9_7F4A_7C15))
+/// Seed of the scene's gyroscope by a seed of the scene: far apart for neighbours in seed or serial.
+fn seed_of(seed: u64, scene: &Scene) -> u64 {
+    seed.wrapping_add(scene.integer("gyroscope.serial").wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 
 impl Gyroscope {
     /// The gyroscope of a scene. Its instability is stationary from the first sample on.
     pub fn new(scene: &Scene) -> Self {
-        let seed = seed_of(scene);
+        let seed = seed_of(scene.noise_seed(), scene);
         let noise = GyroscopeNoise::of(scene);
         let mut instability = random_streams::stream(seed, RandomSource::GyroscopeInstability);
         let first: f64 = StandardNormal.sample(&mut instability);

@@ -76,7 +76,7 @@ pub struct Ldv {
 impl Ldv {
     /// The vibrometer of a scene.
     pub fn new(scene: &Scene) -> Self {
-        let seed = scene.seed();
+        let seed = scene.noise_seed();
         let fault = |source, probability| RandomFault::new(seed, source, scene.number(probability));
         let range_m_s = scene.number("ldv.range_m_s");
         let rate = EventRate::from_hz(scene.number("ldv.sample_rate_hz"));

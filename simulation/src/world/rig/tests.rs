@@ -255,3 +255,26 @@ fn exact_a_rotor_that_is_held_does_not_turn() {
         }
     }
 }
+
+/// A repetition has noise of its own. The motor is that of the seed, and the first repetition has the seed's noise.
+#[test]
+fn exact_a_repetition_is_of_the_same_motor_with_other_noise() {
+    let scene = |repetition: u32| Scene::of_sets(&[format!("plant.repetition={repetition}")]).unwrap();
+    assert_eq!(scene(0).noise_seed(), scene(1).seed());
+    let seen = |scene: &Scene| {
+        let mut rig = Rig::new(scene).unwrap();
+        for _ in 0..100 {
+            rig.tick(DriveCommand::OFF, &mut |_| ());
+        }
+        let frames: Vec<Angle> = std::iter::from_fn(|| rig.camera_frame()).map(|frame| frame.angle).collect();
+        let samples: Vec<f32> =
+            std::iter::from_fn(|| rig.ldv_sample()).map(|sample| sample.velocity_m_s).collect();
+        assert!(frames.len() > 5 && samples.len() > 100, "{} {}", frames.len(), samples.len());
+        (*rig.plant().params(), frames, samples)
+    };
+    let [(params, frames, samples), (params_again, frames_again, samples_again)] =
+        [0, 1].map(|of| seen(&scene(of)));
+    assert_eq!(params, params_again);
+    assert_ne!(frames, frames_again);
+    assert_ne!(samples, samples_again);
+}

@@ -44,7 +44,8 @@ pub(super) struct Delivery {
 impl Delivery {
     /// The delivery of a scene with frames at this rate.
     pub(super) fn new(scene: &Scene, rate: EventRate) -> Self {
-        let fault = |source, probability| RandomFault::new(scene.seed(), source, scene.number(probability));
+        let fault =
+            |source, probability| RandomFault::new(scene.noise_seed(), source, scene.number(probability));
         Self {
             latency_nanos: rate.span_nanos(scene.integer("camera.latency_frames"))
                 + scene.nanos("camera.latency_s"),

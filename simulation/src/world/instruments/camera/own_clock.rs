@@ -85,7 +85,7 @@ impl OwnClock {
         if !settings.is_own() {
             return None;
         }
-        let mut delays = random_streams::stream(scene.seed(), RandomSource::CameraOwnClock);
+        let mut delays = random_streams::stream(scene.noise_seed(), RandomSource::CameraOwnClock);
         let there_part = Uniform::new_inclusive(0.0, 1.0).map_or(0.5, |share| share.sample(&mut delays));
         let further = (settings.spread_s > 0.0).then(|| Exp::new(1e-9 / settings.spread_s).ok()).flatten();
         let mut clock = Self {

@@ -29,7 +29,7 @@ impl Vibration {
     /// That of a scene; `None` without.
     pub(super) fn of(scene: &Scene) -> Option<Self> {
         let [amplitude_m, hz] = ["camera.vibration_m", "camera.vibration_hz"].map(|key| scene.number(key));
-        let mut draw = random_streams::stream(scene.seed(), RandomSource::CameraVibration);
+        let mut draw = random_streams::stream(scene.noise_seed(), RandomSource::CameraVibration);
         let mut angle = || Uniform::new(0.0, TAU).map_or(0.0, |law| law.sample(&mut draw));
         let ((sine, cosine), phase) = (math::sin_cos(angle()), angle());
         (amplitude_m > 0.0).then_some(Self {

@@ -61,7 +61,7 @@ impl WarmUp {
 impl GyroscopeErrors {
     /// Of the gyroscope that the scene names.
     pub(super) fn of(scene: &Scene) -> Self {
-        let seed = seed_of(scene);
+        let seed = seed_of(scene.seed(), scene);
         let [mut first, mut other] = [RandomSource::GyroscopeDraw, RandomSource::GyroscopeErrorDraw]
             .map(|source| random_streams::stream(seed, source));
         let drawn = scene.choice("gyroscope.parameters") == "drawn";
