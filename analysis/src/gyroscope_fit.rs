@@ -65,6 +65,13 @@ pub struct FitInterval {
     pub drive: usize,
 }
 
+impl FitInterval {
+    /// 0 where the rotor turns clockwise, 1 the other way.
+    pub fn side(&self) -> usize {
+        usize::from(self.turned_deg < 0.0)
+    }
+}
+
 /// The unknowns with their covariance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CalibrationFit {

@@ -62,20 +62,23 @@ impl CalibrationFit {
         let mut variance = 0.0;
         let mut before: Option<(f64, &FitInterval)> = None;
         for (&gain, interval) in gains.iter().zip(intervals) {
-            let own = interval.variances_deg2.0 * gain * gain;
+            let own = self.strengths.reference_deg2(interval).0 * gain * gain;
             variance += match before {
-                Some((gain_before, before))
-                    if before.span.until_s.total_cmp(&interval.span.from_s).is_eq() =>
-                {
-                    interval.variances_deg2.0 * (gain - gain_before) * (gain - gain_before)
-                }
-                Some((gain_before, before)) => own + before.variances_deg2.1 * gain_before * gain_before,
                 None => own,
+                Some((gain_before, before)) => {
+                    let end_deg2 = self.strengths.reference_deg2(before).1;
+                    if before.span.until_s.total_cmp(&interval.span.from_s).is_eq() {
+                        end_deg2 * (gain - gain_before) * (gain - gain_before)
+                    } else {
+                        own + end_deg2 * gain_before * gain_before
+                    }
+                }
             };
             before = Some((gain, interval));
         }
-        let last = before.map_or(0.0, |(gain, interval)| interval.variances_deg2.1 * gain * gain);
-        self.strengths.reference_factor * (variance + last)
+        let last =
+            before.map_or(0.0, |(gain, interval)| self.strengths.reference_deg2(interval).1 * gain * gain);
+        variance + last
     }
 }
 

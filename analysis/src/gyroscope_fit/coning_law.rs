@@ -41,26 +41,29 @@ pub struct ConingLaw {
 
 impl ConingLaw {
     /// The law under which `criterion` of the strengths is least, with what is known before, and how much it is there;
-    /// `rates_deg_s` are those of the drives. `None` where the criterion is not finite.
+    /// `rates_deg_s` are those of the drives. The criterion has what is known before of the reference. `None` where the
+    /// criterion is not finite.
     pub(super) fn found(
         rates_deg_s: &[f64],
         criterion: &impl Fn(&NoiseStrengths) -> f64,
     ) -> Option<(Self, f64)> {
         let law = |values: &[f64]| Self {
-            sides: [0, 1].map(|side| (values[1 + 2 * side] * STRENGTHS_DEG2_S[side], values[2 + 2 * side])),
+            sides: [0, 1].map(|side| (values[2 + 2 * side] * STRENGTHS_DEG2_S[side], values[3 + 2 * side])),
         };
         let square = |sigmas: f64| sigmas * sigmas;
         let before = |values: &[f64]| {
             let strength = |per_before: f64| square(math::ln(per_before) / LN_STRENGTH_SIGMA);
             let exponent = |exponent: f64| square((exponent - EXPONENT) / EXPONENT_SIGMA);
-            strength(values[1]) + exponent(values[2]) + strength(values[3]) + exponent(values[4])
+            strength(values[2]) + exponent(values[3]) + strength(values[4]) + exponent(values[5])
         };
-        let bounds = [NoiseStrengths::REFERENCE_FACTORS, PER_BEFORE, EXPONENTS, PER_BEFORE, EXPONENTS];
-        let (values, least) = least(vec![1.0, 1.0, EXPONENT, 1.0, EXPONENT], &bounds, |values| {
+        let reference = NoiseStrengths::REFERENCE_FACTORS;
+        let bounds = [reference, reference, PER_BEFORE, EXPONENTS, PER_BEFORE, EXPONENTS];
+        let (values, least) = least(vec![1.0, 1.0, 1.0, EXPONENT, 1.0, EXPONENT], &bounds, |values| {
             let law = law(values);
             let coning_deg2_s =
                 rates_deg_s.iter().map(|rate_deg_s| law.strength_deg2_s(*rate_deg_s)).collect();
-            criterion(&NoiseStrengths { reference_factor: values[0], coning_deg2_s }) + before(values)
+            criterion(&NoiseStrengths { reference_factors: [values[0], values[1]], coning_deg2_s })
+                + before(values)
         })?;
         Some((law(&values), least))
     }
@@ -103,7 +106,7 @@ mod tests {
                 1e4 * (math::ln(found) + truth / found)
             };
             strengths.coning_deg2_s.iter().zip(&rates_deg_s).map(of_drive).sum::<f64>()
-                + strengths.reference_factor
+                + strengths.reference_before()
         };
         let (law, _) = ConingLaw::found(&rates_deg_s, &criterion).unwrap();
         for (side, (strength_deg2_s, exponent)) in truth.sides.into_iter().enumerate() {
@@ -127,6 +130,7 @@ mod tests {
         let clockwise_deg2_s = STRENGTHS_DEG2_S[0];
         let (law, _) = ConingLaw::found(&[0.0, 60.0], &|strengths| {
             square((math::ln(strengths.coning_deg2_s[1] / clockwise_deg2_s) - 4.0) / LN_STRENGTH_SIGMA)
+                + strengths.reference_before()
         })
         .unwrap();
         assert!((math::ln(law.sides[0].0 / clockwise_deg2_s) - 2.0).abs() < 0.01, "{law:?}");
@@ -135,7 +139,9 @@ mod tests {
         let (law, _) = ConingLaw::found(&[0.0, 60.0, 120.0], &|strengths| {
             let of_drive = |drive: usize| math::ln(strengths.coning_deg2_s[drive] / clockwise_deg2_s);
             let exponent = (of_drive(2) - of_drive(1)) / math::ln(2.0);
-            1e4 * square(of_drive(1)) + square((exponent - EXPONENT - 3.0) / EXPONENT_SIGMA)
+            1e4 * square(of_drive(1))
+                + square((exponent - EXPONENT - 3.0) / EXPONENT_SIGMA)
+                + strengths.reference_before()
         })
         .unwrap();
         assert!((law.sides[0].1 - EXPONENT - 1.5).abs() < 0.02, "{law:?}");

@@ -6,15 +6,16 @@
 //! ```text
 //! L = ln det V + ln det M + chi^2   is least
 //!
-//! level:   no coning
-//! coning:  L + sum over the drives of (ln(W / law) / 0.5)^2 + the law's own prior,    see `coning_law`
+//! level:   no coning, L + (ln f_1)^2 + (ln f_2)^2
+//! coning:  the same + sum over the drives of (ln(W / law) / 0.5)^2 + the law's own prior,    see `coning_law`
 //! ```
 //!
 //! Of both the likelier is taken. Of eight intervals under a drive the strength is known to half of itself. So a
 //! drive's own strength counts as much as its intervals tell beside the law of all.
 //!
-//! At its lower end the factor on the reference is 1, as the filter says. Source: Patterson and Thompson, Biometrika 58
-//! (1971) 545-554.
+//! `f_1` and `f_2` are factors on the filter's variances of the reference, clockwise and the other way. These may be
+//! too large as well as too small: those that are too large would hide coning. Source: Patterson and Thompson,
+//! Biometrika 58 (1971) 545-554.
 
 use motor_model::math;
 
@@ -37,8 +38,9 @@ pub(super) fn found(
     unknowns: &Unknowns,
 ) -> Option<(NoiseStrengths, ConingLaw, LeastSquares)> {
     let solve = |strengths: &NoiseStrengths| LeastSquares::solve(intervals, noise, unknowns, strengths);
-    let criterion =
-        |strengths: &NoiseStrengths| solve(strengths).map_or(f64::INFINITY, |solved| solved.criterion);
+    let criterion = |strengths: &NoiseStrengths| {
+        solve(strengths).map_or(f64::INFINITY, |solved| solved.criterion + strengths.reference_before())
+    };
     let rates_deg_s = coning_law::mean_rates(intervals);
     let (level, at_level) = level(rates_deg_s.len(), &criterion)?;
     let (law, by_law) = ConingLaw::found(&rates_deg_s, &criterion)?;
@@ -49,10 +51,12 @@ pub(super) fn found(
 
 /// The strengths of a rotor that goes round no cone, and the criterion there.
 fn level(drives: usize, criterion: &impl Fn(&NoiseStrengths) -> f64) -> Option<(NoiseStrengths, f64)> {
-    let strengths =
-        |values: &[f64]| NoiseStrengths { reference_factor: values[0], coning_deg2_s: vec![0.0; drives] };
-    let (values, at_level) =
-        least(vec![1.0], &[NoiseStrengths::REFERENCE_FACTORS], |values| criterion(&strengths(values)))?;
+    let strengths = |values: &[f64]| NoiseStrengths {
+        reference_factors: [values[0], values[1]],
+        coning_deg2_s: vec![0.0; drives],
+    };
+    let bounds = [NoiseStrengths::REFERENCE_FACTORS; 2];
+    let (values, at_level) = least(vec![1.0; 2], &bounds, |values| criterion(&strengths(values)))?;
     Some((strengths(&values), at_level))
 }
 
@@ -62,20 +66,22 @@ fn about(
     rates_deg_s: &[f64],
     criterion: &impl Fn(&NoiseStrengths) -> f64,
 ) -> Option<NoiseStrengths> {
-    // In the place of drive 0, which is rest, stands the factor on the reference: the law has nothing at rest.
+    // The factors on the reference stand first, then each drive but drive 0, which is rest: the law has nothing there.
+    let drives = rates_deg_s.get(1..)?;
     let strengths = |values: &[f64]| {
         let strength = |(per_law, rate_deg_s): (&f64, &f64)| per_law * law.strength_deg2_s(*rate_deg_s);
-        let coning_deg2_s = values.iter().zip(rates_deg_s).map(strength).collect();
-        NoiseStrengths { reference_factor: values[0], coning_deg2_s }
+        let turning = values[2..].iter().zip(drives).map(strength);
+        let coning_deg2_s = std::iter::once(0.0).chain(turning).collect();
+        NoiseStrengths { reference_factors: [values[0], values[1]], coning_deg2_s }
     };
     let off = |per_law: &f64| {
         let sigmas = math::ln(*per_law) / LAW_SIGMA;
         sigmas * sigmas
     };
-    let mut bounds = vec![PER_LAW; rates_deg_s.len()];
-    *bounds.first_mut()? = NoiseStrengths::REFERENCE_FACTORS;
+    let reference = [NoiseStrengths::REFERENCE_FACTORS; 2];
+    let bounds: Vec<_> = reference.into_iter().chain(drives.iter().map(|_| PER_LAW)).collect();
     let (values, _) = least(vec![1.0; bounds.len()], &bounds, |values| {
-        criterion(&strengths(values)) + values.iter().skip(1).map(off).sum::<f64>()
+        criterion(&strengths(values)) + values[2..].iter().map(off).sum::<f64>()
     })?;
     Some(strengths(&values))
 }

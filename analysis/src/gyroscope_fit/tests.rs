@@ -83,17 +83,16 @@ fn exact_the_reference_counts_at_the_ends() {
     let one_way = [90.0; 20];
     let mut turned = one_way.to_vec();
     turned.extend([-90.0; 20]);
-    let fit = fitted(&intervals(&turned, 1e-4, 0.0, 25e-6), &quiet).unwrap();
+    let strengths = NoiseStrengths { reference_factors: [1.0, 1.0], coning_deg2_s: vec![0.0] };
+    let fit =
+        LeastSquares::solve(&intervals(&turned, 1e-4, 0.0, 25e-6), &quiet, &unknowns(), &strengths).unwrap();
     // Three anchors matter: both ends and the reversal. Out by 1,800 degrees and back: 1800 s + 20 b = e1 - e0,
     // -1800 s + 20 b = e2 - e1, so 3600 s = 2 e1 - e0 - e2, variance 6 of 25e-6 deg^2. The weighted anchors between can
     // only lower it.
     let ends_alone = math::sqrt(6.0 * 25e-6) / 3600.0;
-    assert!(
-        fit.scale_sigma() < ends_alone && fit.scale_sigma() > 0.2 * ends_alone,
-        "{} {ends_alone}",
-        fit.scale_sigma()
-    );
-    assert!((fit.scale / 1e-4 - 1.0).abs() < 1e-9);
+    let sigma = math::sqrt(fit.covariance[(SCALE, SCALE)]);
+    assert!(sigma < ends_alone && sigma > 0.2 * ends_alone, "{sigma} {ends_alone}");
+    assert!((fit.found[SCALE] / 1e-4 - 1.0).abs() < 1e-9);
 }
 
 /// Residuals of one standard deviation each, with alternating signs that the fit cannot follow.
@@ -109,18 +108,19 @@ fn exact_chi_square() {
     assert!((fit.distance_square(fit.scale_sigma(), 0.0) - 1.0).abs() < 1e-9, "uncorrelated here");
 }
 
-/// A reference whose true variance is four times the stated one, and a gyroscope with little noise: the variances are
-/// raised until the residuals fit, and sigma doubles.
+/// A reference whose true variance is four times the stated one, or a fourth, and a gyroscope with little noise: the
+/// variances are changed until the residuals fit, and sigma is the same. To either side there are `n = 400` intervals:
+/// what is known before moves the logarithm of the factor by `ln 4 / (1 + n / 2)`, which is 0.7 %.
 #[test]
-fn exact_an_overconfident_reference_is_detected() {
+fn exact_a_reference_that_says_too_little_or_too_much_is_detected() {
     let quiet = GyroscopeNoise { walk_deg_rs: 1e-7, ..NOISE };
-    let turned: Vec<f64> = (0..200_u32).map(|k| if k % 4 < 2 { 80.0 } else { -80.0 }).collect();
+    let turned: Vec<f64> = (0..800_u32).map(|k| if k % 4 < 2 { 80.0 } else { -80.0 }).collect();
     let fit = |stated_deg2: f64| {
         let mut seen = intervals(&turned, 0.0, 0.0, stated_deg2);
         // Errors of the anchors of 1e-3 deg rms, without pattern: the fractional parts of multiples of the
         // golden ratio, uniform.
         let error = |anchor: usize| {
-            #[expect(clippy::cast_precision_loss, reason = "200")]
+            #[expect(clippy::cast_precision_loss, reason = "800")]
             let part = (anchor as f64 * 0.618_033_988_75).fract() - 0.5;
             1e-3 * part * math::sqrt(12.0)
         };
@@ -130,12 +130,14 @@ fn exact_an_overconfident_reference_is_detected() {
         fitted(&seen, &quiet).unwrap()
     };
     let (exact, too_small, too_large) = (fit(1e-6), fit(0.25e-6), fit(4e-6));
-    assert!(
-        (too_small.strengths.reference_factor / exact.strengths.reference_factor / 4.0 - 1.0).abs() < 0.03,
-        "{too_small:?} {exact:?}"
-    );
-    assert!((too_small.scale_sigma() / exact.scale_sigma() - 1.0).abs() < 0.02);
-    assert!((too_large.strengths.reference_factor - 1.0).abs() < 1e-12 && too_large.chi_square < 0.5 * 198.0);
+    for side in [0, 1] {
+        let factor = |fit: &CalibrationFit| fit.strengths.reference_factors[side];
+        for (fit, expected) in [(&too_small, 4.0), (&too_large, 0.25)] {
+            let per_exact = factor(fit) / factor(&exact);
+            assert!((per_exact / expected - 1.0).abs() < 0.01, "{side}: {per_exact}");
+            assert!((fit.scale_sigma() / exact.scale_sigma() - 1.0).abs() < 0.01);
+        }
+    }
 }
 
 #[test]
@@ -229,6 +231,38 @@ fn law_intervals_hold_the_truth_whatever_the_coning() {
     assert!((least - 6..=most + 6).contains(&covered), "{covered} of {runs}, {least} to {most}");
     let strength = strengths / f64::from(runs);
     assert!((strength - 1.0).abs() < 0.03, "{strength}");
+}
+
+/// 300 made-up calibrations whose reference is said to be three times as uncertain as it is, and coning that this
+/// hides: errors are as large as stated.
+#[test]
+fn law_a_reference_that_says_too_little_hides_no_coning() {
+    let turned: Vec<f64> = (0..300_u32).map(|k| [40.0, -30.0][k as usize / 10 % 2]).collect();
+    let mut stream = stream(7, RandomSource::GyroscopeWalk);
+    let mut draw = |sigma: f64| {
+        let normal: f64 = StandardNormal.sample(&mut stream);
+        sigma * normal
+    };
+    let (scale, runs) = (3e-4, 300_u32);
+    let mut squares = 0.0;
+    for _ in 0..runs {
+        let mut all = intervals(&turned, scale, 1e-3, 81e-6);
+        let mut error_deg = draw(3e-3);
+        for interval in &mut all {
+            let until_deg = draw(3e-3);
+            interval.drive = 1 + interval.side();
+            interval.shown_deg += draw(NOISE.walk_deg_rs) + draw(6e-3);
+            interval.turned_deg += until_deg - error_deg;
+            error_deg = until_deg;
+        }
+        let fit = fitted(&all, &NOISE).unwrap();
+        let sigmas = (fit.scale - scale) / fit.scale_sigma();
+        squares += sigmas * sigmas;
+    }
+    // Beyond these once in 10,000 sets each.
+    let (low, high) = chi_square_mean_bounds(f64::from(runs), 5e-5);
+    let mean_square = squares / f64::from(runs);
+    assert!((low..=high).contains(&mean_square), "{mean_square} within {low} to {high}");
 }
 
 /// 300 made-up calibrations in which the fastest turns are a pilot of three intervals, with coning of a hundred

@@ -90,8 +90,10 @@ pub struct CalibrationOutcome {
     /// Standard deviation of the scale factor that the gyroscope's random walk allows at these rates, with an exact
     /// reference and without saturation: see [`super::schedule`].
     pub walk_scale_factor_sigma_ppm: f64,
-    /// Factor on the filter's variances of the reference that makes the residuals as large as the fit says, at least 1.
-    pub reference_factor: f64,
+    /// Factor on the filter's variances of the reference that the residuals tell, clockwise.
+    pub reference_factor_clockwise: f64,
+    /// The same counter-clockwise.
+    pub reference_factor_counter_clockwise: f64,
     /// Intervals fitted.
     pub intervals: usize,
     /// Intervals left out because a sample in them was saturated.

@@ -63,16 +63,18 @@ impl Calibration {
         let mut before: Option<&FitInterval> = None;
         let (mut gaps_deg2, mut coning_deg2) = (0.0, 0.0);
         let mut band = Vec::new();
+        let reference_deg2 = |interval: &FitInterval| fit.strengths.reference_deg2(interval);
         for interval in &fitted {
             let TimeSpan { from_s, until_s } = interval.span;
             let adjoins = before.is_some_and(|before| before.span.until_s.total_cmp(&from_s).is_eq());
             if !adjoins {
-                gaps_deg2 += before.map_or(0.0, |before| before.variances_deg2.1) + interval.variances_deg2.0;
+                gaps_deg2 +=
+                    before.map_or(0.0, |before| reference_deg2(before).1) + reference_deg2(interval).0;
             }
             before = Some(interval);
             let whole = TimeSpan { from_s: 0.0, until_s };
             coning_deg2 += fit.strengths.coning_deg2(interval);
-            let reference_deg2 = fit.strengths.reference_factor * (gaps_deg2 + interval.variances_deg2.1);
+            let reference_deg2 = gaps_deg2 + reference_deg2(interval).1;
             let own_deg2 = self.noise.covariance_deg2(whole, whole);
             let half = 1e3 * NORMAL_95 * math::sqrt(own_deg2 + reference_deg2 + coning_deg2);
             band.push((until_s, -half, half));

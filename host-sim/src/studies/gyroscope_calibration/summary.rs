@@ -77,8 +77,8 @@ pub struct CalibrationSummary {
     pub pair_covered: usize,
     /// Two-sided 95 % bounds of these counts if each interval holds the truth with a probability of 95 %.
     pub covered_bounds: (u32, u32),
-    /// Mean of the factors by which the reference's variances were raised.
-    pub reference_factor: f64,
+    /// Means of the factors on the reference's variances, clockwise and counter-clockwise.
+    pub reference_factors: [f64; 2],
     /// Share of the intervals that are left out for saturation.
     pub saturated: f64,
     /// Root mean square error of the reference.
@@ -141,7 +141,10 @@ impl Calibrations {
             misalignment_covered_bounds: bounds(2 * all.len()),
             pair_covered: those(CalibrationOutcome::covers_pair),
             covered_bounds: bounds(all.len()),
-            reference_factor: mean(|o| o.reference_factor),
+            reference_factors: [
+                mean(|o| o.reference_factor_clockwise),
+                mean(|o| o.reference_factor_counter_clockwise),
+            ],
             saturated: all.iter().map(part).sum::<f64>() / count,
             reference_rms_mdeg: rms(|o| o.reference_rms_mdeg),
             reference_beyond_3_sigma: mean(|o| o.reference_beyond_3_sigma),

@@ -91,18 +91,19 @@ impl CalibrationOutcome {
     fn remarks(&self) -> String {
         format!(
             "{:.0} s of motor time, seed {}, gyroscope {}: {} intervals, and {} left out because the gyroscope was \
-             saturated in them. The filter's variances of the reference were raised by {:.2} to match the residuals; \
-             correlation of scale factor and bias {:+.2}. The gyroscope's random walk alone allows, one sigma, {:.2} \
-             ppm of any scale factor at these rates and {:.2} deg/h of any bias in this time. The reference was off by \
-             {:.1} milli-degrees rms; of the camera's errors that turn with the angle the fit found {:.2} \
-             milli-degrees once and {:.2} twice a turn, each +-{:.2}. The misalignment is told by no turn of this \
-             rotor: its interval is that of the data sheet.",
+             saturated in them. The residuals tell {:.2} of the filter's variances of the reference clockwise and \
+             {:.2} the other way; correlation of scale factor and bias {:+.2}. The gyroscope's random walk alone \
+             allows, one sigma, {:.2} ppm of any scale factor at these rates and {:.2} deg/h of any bias in this time. \
+             The reference was off by {:.1} milli-degrees rms; of the camera's errors that turn with the angle the fit \
+             found {:.2} milli-degrees once and {:.2} twice a turn, each +-{:.2}. The misalignment is told by no turn \
+             of this rotor: its interval is that of the data sheet.",
             self.motor_time_s,
             self.seed,
             self.serial,
             self.intervals,
             self.saturated_intervals,
-            self.reference_factor,
+            self.reference_factor_clockwise,
+            self.reference_factor_counter_clockwise,
             self.correlation,
             self.walk_scale_factor_sigma_ppm,
             self.walk_bias_sigma_deg_h,
@@ -169,16 +170,17 @@ impl CalibrationSummary {
             "{} gyroscopes, drawn, on {} drawn motors; {motor_times} s of motor time each. {} scale factors are \
              within 10 ppm of the truth, and at the rates that were turned the gyroscope's random walk alone allows \
              {:.2} ppm, one sigma; the bias's error is {:.2} times what random walk alone allows in the time. Of {} \
-             intervals at 95 % between {low} and {high} hold the truth in 95 % of such sets. The reference's variances \
-             were raised by {:.2} on average; {:.1} % of the intervals were left out for saturation; the reference was \
-             off by {:.1} milli-degrees rms.",
+             intervals at 95 % between {low} and {high} hold the truth in 95 % of such sets. The residuals tell {:.2} \
+             of the filter's variances of the reference clockwise and {:.2} the other way, on average; {:.1} % of the \
+             intervals were left out for saturation; the reference was off by {:.1} milli-degrees rms.",
             self.runs,
             self.motors,
             self.scale_factor_within_10_ppm,
             self.scale_factor_walk_ppm,
             self.bias_over_walk,
             self.runs,
-            self.reference_factor,
+            self.reference_factors[0],
+            self.reference_factors[1],
             100.0 * self.saturated,
             self.reference_rms_mdeg
         )
