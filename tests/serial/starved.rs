@@ -31,10 +31,12 @@ use crate::cabled_board::WAIT_MAX;
 /// of either have to have waited for a processor at least.
 ///
 /// A board that is armed misses its host after 10 ms of its time, which is never faster than that of the host, and a
-/// frame is old for a self-test after as long. The other times are half of the command's: a board that had a processor
-/// for the other half of it has had the time to answer.
-const SIGNS: [(&str, Duration); 7] = [
+/// frame is old for a self-test after as long. As long without its processor, and the watchdog starts a board anew. The
+/// other times are half of the command's: a board that had a processor for the other half of it has had the time to
+/// answer.
+const SIGNS: [(&str, Duration); 8] = [
     ("the host was silent", Duration::from_millis(10)),
+    ("it has started anew", Duration::from_millis(10)),
     (" ms old; hint: ", Duration::from_millis(10)),
     ("took no byte", Duration::from_millis(100)),
     // Eight round trips of 17 ms and more before the run: the clock's error is more than a filter can be told.
