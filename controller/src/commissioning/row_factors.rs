@@ -24,10 +24,11 @@
 //! `M = V^-1 = W - W z z' W / (1 + z'W z)`.
 //!
 //! - Level: this mean lies beyond [`LEVEL_SIGMAS`] of what the prior expects. `v` becomes the square of that distance,
-//!   so that the measurement decides.
-//! - Shape: `Q = (y - mean)' M (y - mean)` exceeds the 1 % point of chi-square with n - 1 degrees of freedom. All `o_i`
-//!   grow by the variance between rows that explains Q: `(Q - (n - 1)) / (tr M - |M 1|^2 / 1'M 1)` (`DerSimonian` and
-//!   Laird, "Meta-analysis in clinical trials", Controlled Clinical Trials 7 (1986) 177, there without a slope).
+//!   so that the measurement decides. Such a motor is none of the prior's, so its rows need not have their shape.
+//! - Shape: `Q = (y - mean)' M (y - mean)` exceeds the 1 % point of chi-square with n - 1 degrees of freedom.
+//! - Either: all `o_i` grow by the variance between rows that explains Q, if any:
+//!   `(Q - (n - 1)) / (tr M - |M 1|^2 / 1'M 1)` (`DerSimonian` and Laird, "Meta-analysis in clinical trials",
+//!   Controlled Clinical Trials 7 (1986) 177, there without a slope).
 
 use motor_model::math;
 
@@ -89,6 +90,8 @@ pub struct RowFactors {
     scale: f32,
     extra: f32,
     measured: u16,
+    /// Whether the level of the rows alone was not that of the prior's motors.
+    has_other_level: bool,
     /// `Q`.
     chi_square: f32,
 }
@@ -153,6 +156,7 @@ impl RowFactors {
             scale: 1.0,
             extra: 0.0,
             measured: 0,
+            has_other_level: false,
             chi_square: 0.0,
         };
         factors.sum(rows.clone());
@@ -160,15 +164,17 @@ impl RowFactors {
             factors.scale = (mean * mean).clamp(SCALE_MIN, 1.0);
             factors.sum(rows.clone());
         }
-        if let Some(Normal { mean, variance }) = factors.sums.alone() {
-            factors.judge_shape(mean, variance, rows);
+        if let Some(alone) = factors.sums.alone() {
+            factors.has_other_level = factors.is_other_level(alone);
+            factors.judge_shape(alone, rows);
         }
         factors.widen();
         factors
     }
 
-    /// Computes `Q` about the `mean` of the rows alone, and widens the own deviations where it is too large.
-    fn judge_shape(&mut self, mean: f32, variance: f32, rows: impl Iterator<Item = RowMeasured> + Clone) {
+    /// Computes `Q` about the mean of the rows `alone`, and widens the own deviations where the prior does not hold.
+    fn judge_shape(&mut self, alone: Normal, rows: impl Iterator<Item = RowMeasured> + Clone) {
+        let Normal { mean, variance } = alone;
         let per_slope = 1.0 / (1.0 + self.sums.lever2);
         let (mut trace, mut square, mut along) = (0.0, 0.0, 0.0);
         let counted = *self;
@@ -182,9 +188,9 @@ impl RowFactors {
             square += of_row * of_row;
         }
         self.chi_square -= along * along * per_slope;
-        if self.has_other_shape() {
+        if self.contradicts_the_prior() {
             let left = trace - square * variance;
-            self.extra = (self.chi_square - self.freedom()) / left.max(f32::MIN_POSITIVE);
+            self.extra = ((self.chi_square - self.freedom()) / left.max(f32::MIN_POSITIVE)).max(0.0);
             self.sum(rows);
         }
     }
@@ -213,12 +219,16 @@ impl RowFactors {
 
     /// Widens the prior where the rows' level is not that of the prior's motors.
     fn widen(&mut self) {
-        if let Some(Normal { mean, variance }) = self.sums.alone() {
-            let off = mean - self.prior.mean;
-            if off * off > LEVEL_SIGMAS * LEVEL_SIGMAS * (self.prior.variance + variance) {
-                self.prior.variance = self.prior.variance.max(off * off);
-            }
+        if let Some(alone) = self.sums.alone().filter(|alone| self.is_other_level(*alone)) {
+            let off = alone.mean - self.prior.mean;
+            self.prior.variance = self.prior.variance.max(off * off);
         }
+    }
+
+    /// Whether the level of the rows `alone` is not that of the prior's motors.
+    fn is_other_level(&self, alone: Normal) -> bool {
+        let off = alone.mean - self.prior.mean;
+        off * off > LEVEL_SIGMAS * LEVEL_SIGMAS * (self.prior.variance + alone.variance)
     }
 
     /// The same where the common factor of a related table, with the covariance `covariance` over motors, is measured
@@ -251,6 +261,16 @@ impl RowFactors {
     /// Whether the rows contradict the prior's shape.
     pub fn has_other_shape(&self) -> bool {
         self.measured > 1 && self.chi_square > quantiles::chi_square(self.freedom(), SHAPE_FALSE)
+    }
+
+    /// Whether the rows, two or more, contradict the prior's level.
+    pub fn has_other_level(&self) -> bool {
+        self.measured > 1 && self.has_other_level
+    }
+
+    /// Whether they contradict its level or shape: the motor is none of the prior's.
+    pub fn contradicts_the_prior(&self) -> bool {
+        self.has_other_level() || self.has_other_shape()
     }
 
     /// The common factor.
@@ -357,6 +377,22 @@ mod tests {
             assert!((factors.row(row).mean - mean).abs() < 0.05, "{:?}", factors.row(row));
         }
         assert!(factors.row(&row(0.0025, None)).variance > 0.5);
+    }
+
+    /// Rows that lie apart by less than a test of the shape tells, at a level that no motor of the prior has: each
+    /// follows what was measured of it. Of rows of equal weight the variance between them is that of their means, 0.03,
+    /// less what each explains by itself.
+    #[test]
+    fn exact_another_level_frees_the_rows() {
+        let rows = [0.35, 0.05, 0.05].map(|mean| row(0.0025, Some((mean, 0.01))));
+        let factors = RowFactors::of(0.0064, rows.into_iter());
+        assert!(!factors.has_other_shape() && factors.has_other_level(), "{factors:?}");
+        let own = 0.01 + 0.0025 * 0.15 * 0.15;
+        assert!((factors.extra - (0.03 - own)).abs() < 1e-5, "{factors:?}");
+        assert!(factors.row(&rows[0]).mean > 0.2 && factors.row(&rows[1]).mean < 0.12);
+        let alike = [0.15, 0.16, 0.14].map(|mean| row(0.0025, Some((mean, 0.01))));
+        let extra = RowFactors::of(0.0064, alike.into_iter()).extra;
+        assert!(extra.abs() < 1e-9, "nothing is left to explain: {extra}");
     }
 
     /// Rows of equal weight: the variance between rows is that of the means less what each row explains by itself.

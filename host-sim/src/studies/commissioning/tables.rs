@@ -19,8 +19,9 @@ const ABOUT_RESONANCES: &str = "+- is one standard deviation, in every table. fo
     power. chi2: chi-square per degree of freedom, 1 where the curve fits. true: of a motor that is \
     simulated.";
 const ABOUT_FACTORS: &str = "factor: what this motor does per what the map foresees. rows: those that were measured. \
-    chi2: of these rows about the factor, per degree of freedom; - stands for fewer than two. shape: another, where \
-    they contradict the map's at 1 %.";
+    chi2: of these rows about the factor, per degree of freedom; - stands for fewer than two. against the \
+    map: what these rows contradict, its level (by 3.3 standard deviations) or its shape (at 1 %); all rows of such a \
+    table are measured.";
 const ABOUT_CRUISES: &str = "drive: mode and amplitude. map: rate in the map that it began with; its deviation is over \
     motors. measured: mean of the windows of this drive, and - where there was none. this motor: what stands in its \
     map, with how well it is known; - where the row is left out. coast: turn after the end of the drive per rate. \
@@ -70,7 +71,9 @@ struct FactorRow {
     rows: u16,
     /// Chi-square per degree of freedom of the rows about the factor; `null` of fewer than two.
     reduced_chi_square: Option<f32>,
-    /// Whether the rows contradict the shape of that map.
+    /// Whether the rows contradict the level of that map.
+    other_level: bool,
+    /// Whether they contradict its shape.
     other_shape: bool,
 }
 
@@ -94,6 +97,7 @@ fn factors(motor: &CommissionedMotor) -> Vec<FactorRow> {
         sd: motor_model::math::sqrt_f32(factor.common().variance),
         rows: factor.measured(),
         reduced_chi_square: factor.reduced_chi_square(),
+        other_level: factor.has_other_level(),
         other_shape: factor.has_other_shape(),
     };
     rates.into_iter().chain(coasts).chain(turns).map(row).collect()
@@ -141,15 +145,25 @@ fn resonance_table(motor: &CommissionedMotor) -> Table {
     table
 }
 
+/// What of the map a table's rows contradict.
+fn against(level: bool, shape: bool) -> &'static str {
+    match (level, shape) {
+        (false, false) => "-",
+        (true, false) => "level",
+        (false, true) => "shape",
+        (true, true) => "level, shape",
+    }
+}
+
 fn factor_table(motor: &CommissionedMotor) -> Table {
-    let mut table = Table::new(&["table", "factor", "rows", "chi2", "shape"]);
+    let mut table = Table::new(&["table", "factor", "rows", "chi2", "against the map"]);
     for row in factors(motor) {
         table.push(vec![
             row.of,
             format!("{:.3} +- {:.3}", row.factor, row.sd),
             row.rows.to_string(),
             row.reduced_chi_square.map_or_else(|| "-".to_owned(), |chi| format!("{chi:.1}")),
-            if row.other_shape { "another" } else { "the map's" }.to_owned(),
+            against(row.other_level, row.other_shape).to_owned(),
         ]);
     }
     table
