@@ -175,6 +175,11 @@ impl Commissioning {
                     found.unseen = found.unseen.saturating_add(1);
                 }
             }
+            (Response::Lost, Some(MapRow::Burst(family, index))) => {
+                if let Some(found) = self.evidence.burst_mut(family, index) {
+                    found.lost = found.lost.saturating_add(1);
+                }
+            }
             (Response::Unmoved { window }, Some(MapRow::Cruise(index))) => {
                 self.take_windows(prior, index, slice::from_ref(window));
                 if let Some(found) = self.evidence.cruise_mut(index) {

@@ -5,8 +5,8 @@
 //! repeat keeps the prior's part of the turn, times the scale that the repeats of the table support ([`spread_scale`]).
 //!
 //! A row is left out that turns the rotor by no more than it is known to, or by no more than the row before it: the
-//! rules of [`ResponseMap::try_new`]. A table of which nothing was measured is the prior's, bit by bit. A mode that is
-//! dead, or turns the rotor the other way, has no rows.
+//! rules of [`ResponseMap::try_new`]. So is one that loses the estimate most of the time. A table of which nothing was
+//! measured is the prior's, bit by bit. A mode that is dead, or turns the rotor the other way, has no rows.
 //!
 //! Without mode B, or with a slow one, a rotor that comes to rest beyond its target is not turned back. So mode C then
 //! has no strides, whose turn one motor repeats to 15 %, and its coasts are longer by [`LONG_COAST_SIGMAS`] standard
@@ -71,7 +71,7 @@ pub fn commissioned_map(
         let cruises = prior.cruises().iter().enumerate().filter(|(_, cruise)| cruise.mode == mode);
         let scale = coast_scale(&measured, &factors, mode);
         let mut before_rad_s = 0.0;
-        for (index, cruise) in cruises {
+        for (index, cruise) in cruises.filter(|(index, _)| !evidence.cruise(*index).is_lost()) {
             let row = if factors.rates(mode).measured() == 0 && factors.coasts(mode).measured() == 0 {
                 *cruise
             } else {
@@ -97,7 +97,8 @@ pub fn commissioned_map(
             } else {
                 corrected_burst(&measured, &factors, family, index, burst, scale)
             };
-            if row.turn_rad > row.motors_sd_rad && row.turn_rad > before_rad {
+            let is_lost = evidence.burst(family, index).is_lost();
+            if !is_lost && row.turn_rad > row.motors_sd_rad && row.turn_rad > before_rad {
                 before_rad = row.turn_rad;
                 map.append_bursts(family, &[row])?;
             }

@@ -38,6 +38,28 @@ pub struct CruiseEvidence {
     pub to_rest_s: Repeats,
 }
 
+/// Runs of a row that lose the estimate, from which on it is taken for one that does.
+const LOST_RUNS: u16 = 2;
+
+/// Whether the estimate is `lost` in most runs of a row: nothing more is learnt of it, and no move drives it.
+fn is_lost(lost: u16, whole: u16) -> bool {
+    lost >= LOST_RUNS && lost > whole
+}
+
+impl CruiseEvidence {
+    /// Whether most of its runs lose the estimate.
+    pub fn is_lost(&self) -> bool {
+        is_lost(self.unseen.saturating_add(self.lost), self.runs.saturating_sub(self.lost))
+    }
+}
+
+impl BurstEvidence {
+    /// Whether most of its trains lose the estimate.
+    pub fn is_lost(&self) -> bool {
+        is_lost(self.lost, self.turns.count())
+    }
+}
+
 /// What a burst did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BurstEvidence {
@@ -45,6 +67,8 @@ pub struct BurstEvidence {
     pub turns: Repeats,
     /// Bursts in a train.
     pub train: u8,
+    /// Trains that ended with the loss of the estimate, and turned the rotor.
+    pub lost: u16,
     /// Times in s until rest.
     pub to_rest_s: Repeats,
 }
@@ -137,6 +161,21 @@ const STILL_PART: f32 = 0.02;
 mod tests {
     use super::*;
     use crate::response_map::ResponseMap;
+
+    #[test]
+    fn exact_a_cruise_is_lost_when_most_of_its_runs_are() {
+        for (runs, unseen, lost, is_lost) in [
+            (0, 0, 0, false),
+            (0, 1, 0, false),
+            (1, 0, 1, false),
+            (0, 2, 0, true),
+            (1, 1, 1, true),
+            (4, 0, 2, false),
+        ] {
+            let found = CruiseEvidence { runs, unseen, lost, ..CruiseEvidence::default() };
+            assert_eq!(found.is_lost(), is_lost, "{found:?}");
+        }
+    }
 
     /// In units of the row: the weakest cruise of mode C in 2 s. Its turn is 0.0516 rad, 3.2 standard deviations are
     /// 3.2 mrad.

@@ -31,9 +31,9 @@ use crate::target::Travel;
 const SPIN_UP_NANOS: u64 = 150_000_000;
 /// Least length in ns of the windows of a cruise.
 const WINDOW_NANOS: u64 = 50_000_000;
-/// Drives in a row that may be cut because the estimate is lost. An assumption: at some drives a rotor that tilts is
-/// lost now and then.
-pub(super) const LOST_MAX: u8 = 8;
+/// Drives in a row that may be cut because the estimate is lost: two of each of the eight cruises of mode B. At some
+/// drives a rotor that tilts is lost now and then, and at strong ones most of the time.
+pub(super) const LOST_MAX: u8 = 16;
 /// Standard deviations within which a rotor lies where it lay. A normal error exceeds them once in 1.7 million drives.
 const UNMOVED_SIGMAS: f32 = 5.0;
 /// Standard deviations in Hz of the offset of an experiment from the resonance, in modes B and C: those of the sweeps.

@@ -8,6 +8,7 @@
 //! | slow | the upper limit of the rate of the strongest one is below [`SLOW_PART`] of the map's |
 //! | dead | the same, and no more windows go forwards, less those backwards, than [`ODD_PART`] of all explains |
 //! | turns the other way | the upper limit of that rate is below zero |
+//! | none of these three | a weaker one, of all cruises, turns the rotor for certain and is not slow |
 //! | fastest below full drive | a weaker one is faster than the strongest, by Student's t over all weaker ones |
 //! | turns back | more windows go backwards than [`ODD_PART`] of all explains, by the binomial law over all rows |
 //! | sticks | the same of windows without a turn, where none goes backwards |
@@ -169,6 +170,23 @@ impl Rate {
         quantiles::binomial_tail(self.windows / 2, odd / 2, ODD_PART)
     }
 
+    /// What fails of it.
+    fn failure(&self) -> Option<FindingKind> {
+        let slow_rad_s = SLOW_PART * self.mapped_rad_s;
+        // The scatter of a rotor at rest is that of the measurement, which the ripple of a turning one exceeds.
+        let all_still = self.still == self.windows && self.mean_rad_s < slow_rad_s;
+        let upper_rad_s = self.mean_rad_s + self.margin_rad_s(FALSE_EACH);
+        if upper_rad_s < 0.0 {
+            Some(FindingKind::OtherWay)
+        } else if !all_still && upper_rad_s >= slow_rad_s {
+            None
+        } else if self.turns_for_certain() {
+            Some(FindingKind::Slow { part: self.mean_rad_s / self.mapped_rad_s })
+        } else {
+            Some(FindingKind::Dead)
+        }
+    }
+
     /// Whether the rotor turns, however slowly: by the windows in which it is seen to.
     fn turns_for_certain(&self) -> bool {
         self.mean_rad_s > 0.0 && self.chance(self.forward.saturating_sub(self.backward)) < FALSE_EACH.into()
@@ -206,30 +224,23 @@ impl RowsOfMode<'_> {
         self.rates().last().filter(|rate| rate.windows >= WINDOWS_MIN)
     }
 
-    /// What fails of the strongest drive.
+    /// What fails of the strongest drive, unless a weaker one turns the rotor well.
     fn strongest_row(&self) -> Option<FindingKind> {
         let strongest = self.strongest()?;
-        let slow_rad_s = SLOW_PART * strongest.mapped_rad_s;
-        // The scatter of a rotor at rest is that of the measurement, which the ripple of a turning one exceeds.
-        let all_still = strongest.still == strongest.windows && strongest.mean_rad_s < slow_rad_s;
-        let upper_rad_s = strongest.mean_rad_s + strongest.margin_rad_s(FALSE_EACH);
-        if upper_rad_s < 0.0 {
-            Some(FindingKind::OtherWay)
-        } else if !all_still && upper_rad_s >= slow_rad_s {
-            None
-        } else if strongest.turns_for_certain() {
-            Some(FindingKind::Slow { part: strongest.mean_rad_s / strongest.mapped_rad_s })
-        } else {
-            Some(FindingKind::Dead)
-        }
+        let turns_well = |rate: &Rate| rate.failure().is_none() && rate.turns_for_certain();
+        let mut weaker = self.weaker_than(&strongest);
+        strongest.failure().filter(|_| !weaker.any(|rate| turns_well(&rate)))
+    }
+
+    /// The cruises below `strongest` of which there are windows enough.
+    fn weaker_than(&self, strongest: &Rate) -> impl Iterator<Item = Rate> + '_ {
+        let below = strongest.amplitude;
+        self.all_rates().filter(move |rate| rate.windows >= WINDOWS_MIN && rate.amplitude < below)
     }
 
     fn fastest_below_full(&self) -> Option<FindingKind> {
         let strongest = self.strongest()?;
-        let weaker = || {
-            self.all_rates()
-                .filter(|rate| rate.windows >= WINDOWS_MIN && rate.amplitude < strongest.amplitude)
-        };
+        let weaker = || self.weaker_than(&strongest);
         let tests = u16::try_from(weaker().count()).unwrap_or(u16::MAX).max(1);
         let faster = |rate: &Rate| {
             let difference = Rate {
@@ -341,6 +352,26 @@ mod tests {
         assert!(matches!(found(mode, 32, back)[..], [FindingKind::TurnsBack { part, .. }] if part > 0.3));
         let sticks = |_, window| if window % 4 == 0 { 0.0 } else { 1.0 + ripple(window) };
         assert!(matches!(found(mode, 32, sticks)[..], [FindingKind::Sticks { part, .. }] if part > 0.2));
+    }
+
+    /// Full drive turns the rotor back, and weaker ones turn it as they should: the mode is of use, below full drive.
+    #[test]
+    fn exact_a_mode_that_turns_back_at_full_drive_is_of_use_below_it() {
+        let full_back =
+            |amplitude: f32, window| if amplitude > 0.9 { -0.1 } else { 1.0 } * (1.0 + ripple(window));
+        let kinds = found(DriveMode::B, 16, full_back);
+        assert!(kinds.iter().any(|kind| matches!(kind, FindingKind::FastestBelowFull { .. })), "{kinds:?}");
+        let fails = |kind: &FindingKind| matches!(kind, FindingKind::OtherWay | FindingKind::Dead);
+        assert!(!kinds.iter().any(fails), "{kinds:?}");
+        // One window in eight forwards is no turn.
+        let stuck = |amplitude: f32, window: u16| {
+            if amplitude > 0.9 {
+                -0.1 * (1.0 + ripple(window))
+            } else {
+                f32::from(u16::from(window.is_multiple_of(8)))
+            }
+        };
+        assert!(found(DriveMode::B, 16, stuck).contains(&FindingKind::OtherWay));
     }
 
     /// A camera of 0.03 rad, 5 % of the map's turn in mode B: the upper limit of the rate of a rotor at rest exceeds

@@ -137,6 +137,14 @@ impl Commissioning {
         }
     }
 
+    /// Whether all cruises of `mode` that were driven lose the estimate.
+    fn loses_all(&self, prior: &ResponseMap, mode: DriveMode) -> bool {
+        let of_mode = prior.cruises().iter().enumerate().filter(|(_, cruise)| cruise.mode == mode);
+        let found = of_mode.map(|(index, _)| self.evidence.cruise(index));
+        let mut driven = found.filter(|found| found.runs.saturating_add(found.unseen) > 0).peekable();
+        driven.peek().is_some() && driven.all(|found| found.is_lost())
+    }
+
     fn fit_map(
         &self,
         prior: &ResponseMap,
@@ -165,7 +173,8 @@ impl Commissioning {
             CommissioningEnd::TimeOver | CommissioningEnd::EndOfTravel | CommissioningEnd::Enough => (),
         }
         // The other mode may seem dead too, by windows in which the rotor stuck.
-        if let Some(mode) = findings.dead_by_losses() {
+        let lost = || [DriveMode::B, DriveMode::C].into_iter().find(|mode| self.loses_all(prior, *mode));
+        if let Some(mode) = findings.dead_by_losses().or_else(lost) {
             return Err(Unfit::LostWhenDriven { mode });
         }
         if findings.iter().filter(|finding| finding.kind == FindingKind::Dead).count() == 2 {

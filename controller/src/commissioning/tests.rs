@@ -164,12 +164,12 @@ fn law_every_drive_begins_after_the_ring_down() {
     assert!(motor.shortest_off_nanos >= 20_000_000, "{}", motor.shortest_off_nanos);
 }
 
-/// A motor that nothing turns costs a run of each mode, and is refused.
+/// A motor that nothing turns costs three runs of each mode, of a second each, and a second to begin; it is refused.
 #[test]
 fn law_a_dead_motor_is_refused() {
     let found = IdealMotor::new(0.0).run();
     assert_eq!(found.map, Err(Unfit::NothingTurns));
-    assert!(found.time_s < 5.0, "{}", found.time_s);
+    assert!(found.time_s < 7.0, "{}", found.time_s);
 }
 
 #[test]

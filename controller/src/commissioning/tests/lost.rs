@@ -19,14 +19,15 @@ fn driven(experimenter: &mut Experimenter, mut now: Time, estimate: &Estimate<f3
 #[test]
 fn law_a_drive_that_loses_the_estimate_shows_nothing() {
     let (mut experimenter, mut now, mut estimate) = ready();
-    for lost in 1..=9 {
+    let end = u16::from(experimenter::LOST_MAX) + 1;
+    for lost in 1..=end {
         assert!(experimenter.order(CRUISE));
         while experimenter.phase() != ExperimentPhase::Cruising {
             experimenter.decide(now, Some(&estimate), Health::Good);
             now = now.plus_nanos(crate::TICK_NANOS);
         }
         assert_eq!(experimenter.decide(now, None, Health::Waiting), DriveCommand::OFF);
-        if lost == 9 {
+        if lost == end {
             break;
         }
         // Where it is found again it did not lie before.
@@ -118,14 +119,14 @@ fn law_a_stuck_rotor_is_told_from_one_that_is_lost_in_each_drive() {
     }
 }
 
-/// A cruise that was cut counts with its windows, and has no coast. After eight drives in a row of which nothing is
-/// known, and not after seven, the loss is the reason.
+/// A cruise that was cut counts with its windows, and has no coast. After sixteen drives in a row of which nothing is
+/// known, and not after fifteen, the loss is the reason, and the mode is that of the last.
 #[test]
 fn exact_what_is_lost_is_counted() {
     let instruments = Instruments { vibrometer: None, ..Instruments::default() };
     let map = ResponseMap::table_1();
     let mut commissioning = Commissioning::new(&instruments);
-    let Some(Experiment::Cruise { mode, .. }) = commissioning.next(map) else { panic!("a cruise is first") };
+    assert!(matches!(commissioning.next(map), Some(Experiment::Cruise { .. })), "a cruise is first");
     let window = TurnWindow { turned_rad: 0.75, turned_rad2: 1e-8, time_s: 0.05 };
     let windows = Vec::from_slice(&[window; 3]).unwrap();
     let cut = Response::Cruise { windows, coast: Coast::default(), to_rest_s: 0.0 };
@@ -133,11 +134,14 @@ fn exact_what_is_lost_is_counted() {
     let found = commissioning.evidence().cruise(7);
     assert_eq!((found.runs, found.lost, found.windows.count()), (1, 1, 3));
     assert_eq!((found.coasts.count(), found.to_rest_s.count()), (0, 0));
-    for lost in 1..=8 {
-        commissioning.next(map);
+    for lost in 1..=experimenter::LOST_MAX {
+        let mode = commissioning.next(map).expect("not every cruise is lost yet").mode();
         commissioning.take(map, &Response::Lost);
         let unfit = commissioning.result(map, CommissioningEnd::NoEstimate, 1.0).map.unwrap_err();
-        assert_eq!(unfit, if lost < 8 { Unfit::NoEstimate } else { Unfit::LostWhenDriven { mode } });
+        assert_eq!(
+            unfit,
+            if lost < experimenter::LOST_MAX { Unfit::NoEstimate } else { Unfit::LostWhenDriven { mode } }
+        );
     }
     commissioning.next(map);
     commissioning.take(map, &cut);
