@@ -74,6 +74,7 @@
 //! |---|---|
 //! | tick | period of the loop, 10 us |
 //! | latency | ticks from the measurements of a tick until the command acts that they decided |
+//! | decision ticks | ticks from one decision of the loop to the next; between them measurements wait |
 //! | cruise | a drive that stays on until it is cut |
 //! | coast | what the rotor still turns after a cruise is cut: ring-down, flight and sliding |
 //! | burst | a drive of a given number of ticks, from rest to rest |
@@ -115,7 +116,8 @@ pub mod drive_plan;
 pub mod map_correction;
 
 mod amplitude_search;
-mod latency;
+mod in_flight;
+mod loop_timing;
 mod move_forecast;
 mod ports;
 mod positioning;
@@ -135,7 +137,8 @@ mod tick;
 #[doc = include_str!("../README.md")]
 pub struct Readme;
 
-pub use latency::{Decision, InFlight, LATENCY_TICKS_MAX};
+pub use in_flight::{Decision, InFlight};
+pub use loop_timing::{DECISION_TICKS_MAX, LATENCY_TICKS_MAX, LoopTiming};
 pub use move_forecast::{MoveForecast, Unreachable};
 pub use ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
 pub use positioning::{Positioning, PositioningPhase, PositioningTuning, StopReason, Wait};

@@ -3,8 +3,10 @@
 use estimator::{CameraFrame, LdvSample};
 use motor_model::DriveCommand;
 
-/// Most vibrometer samples that one tick fuses: eight times those of a vibrometer of 200 kHz. A sensor that has more
-/// keeps them for the next tick.
+use crate::loop_timing::LoopTiming;
+
+/// Most vibrometer samples that a decision fuses for each tick since the one before: eight times those of a vibrometer
+/// of 200 kHz. A sensor that has more keeps them for the next decision.
 pub const LDV_SAMPLES_PER_TICK_MAX: usize = 16;
 
 /// The sensors. Neither method blocks.
@@ -19,15 +21,14 @@ pub trait Sense {
 
 /// The amplifier of the coil.
 pub trait Drive {
-    /// Applies `command` from [`Self::latency_ticks`] after now on, and returns what is really applied then: the
+    /// Applies `command` once the latency of [`Self::timing`] is over, and returns what is really applied then: the
     /// command itself, or a weaker one where the amplifier limits it, or [`DriveCommand::OFF`] when the amplifier is
-    /// absent or has failed. The filter predicts by what is returned.
+    /// absent or has failed. The filter predicts by what is returned. It is called in the ticks that decide.
     fn drive(&mut self, command: DriveCommand) -> DriveCommand;
 
-    /// Ticks from a command until it acts, the same throughout a run and at most [`crate::LATENCY_TICKS_MAX`]. Within
-    /// them a processor has to be done with the work of a tick; the loop estimates and decides for the time when its
-    /// command acts.
-    fn latency_ticks(&self) -> usize {
-        0
+    /// When the loop decides, and when its commands act; the same throughout a run. Within the latency a processor has
+    /// to be done with the work of a tick; the loop estimates and decides for the time when its command acts.
+    fn timing(&self) -> LoopTiming {
+        LoopTiming::default()
     }
 }

@@ -18,7 +18,8 @@
 //!
 //! The head of the crate has a table of what ends each phase.
 //!
-//! A rotor at rest is planned for every ten ticks, and a burst waits until the stator is quiet ([`crate::ring_down`]).
+//! A rotor at rest is planned for every ten decisions, and a burst waits until the stator is quiet
+//! ([`crate::ring_down`]).
 //!
 //! The drive is on in `Cruise`, `Burst` and `Brake` only, and off within a tick of the loss of the estimate. What to
 //! drive is decided in [`crate::drive_plan`]; the angle at rest comes from [`crate::rest_filter`], how this motor
@@ -84,8 +85,8 @@ pub struct Positioning {
     retargeted: bool,
     /// The stator, and the rotor, since the drive went off.
     ring_down: RingDown,
-    /// Ticks in which a rotor at rest is measured before the next drive may be planned.
-    ticks_to_plan: u8,
+    /// Decisions in which a rotor at rest is measured before the next drive may be planned.
+    decisions_to_plan: u8,
     watch: SettlingWatch,
     /// Brakes of this move.
     brakes: u8,
@@ -117,7 +118,7 @@ impl Positioning {
             stalled_at: now,
             retargeted: false,
             ring_down: RingDown::new(map.design(), now),
-            ticks_to_plan: 0,
+            decisions_to_plan: 0,
             watch: SettlingWatch::new(None),
             brakes: 0,
             blind_since: None,
@@ -138,7 +139,7 @@ impl Positioning {
         (self.drives, self.stalls, self.wrong_ways, self.untested) = (0, 0, 0, 0);
         self.trial = None;
         self.brakes = 0;
-        self.ticks_to_plan = 0;
+        self.decisions_to_plan = 0;
         self.bursts_only = false;
         self.blind_since = None;
         self.nearest_rad = f32::INFINITY;
@@ -192,7 +193,7 @@ impl Positioning {
         estimate: Option<&Estimate<f32>>,
         health: Health,
     ) -> DriveCommand {
-        self.ticks_to_plan = self.ticks_to_plan.saturating_sub(1);
+        self.decisions_to_plan = self.decisions_to_plan.saturating_sub(1);
         // An estimate that is wide but right is not lost.
         let wide = matches!(health, Health::Unusable(Reason::Uncertain));
         let usable = estimate.filter(|_| wide || !matches!(health, Health::Unusable(_)));
@@ -312,11 +313,8 @@ impl Positioning {
             self.rest.forget();
             return Some(PositioningPhase::Stopped(StopReason::OutOfTravel));
         }
-        let wanted_nanos = u64::from(burst.ticks) * crate::TICK_NANOS;
-        let on_max_nanos = self.tuning.limits.on_max_nanos;
-        let over = now.nanos_since(since) >= wanted_nanos.min(on_max_nanos);
-        if over {
-            if on_max_nanos < wanted_nanos {
+        if now.nanos_since(since) >= self.burst_nanos(&burst) {
+            if self.tuning.limits.on_max_nanos < burst.nanos() {
                 // As at the deadline.
                 self.rest.forget();
             }
@@ -325,6 +323,19 @@ impl Positioning {
             return Some(self.coast(direction(family.mode()), burst.turn_rad, math::sqrt_f32(spread_rad2)));
         }
         None
+    }
+
+    /// Time in ns after which the drive of `burst` ends.
+    fn burst_nanos(&self, burst: &Burst) -> u64 {
+        burst.nanos().min(self.tuning.limits.on_max_nanos)
+    }
+
+    /// When the drive of the burst under way ends.
+    pub(crate) fn burst_end(&self) -> Option<Time> {
+        match &self.phase {
+            PositioningPhase::Burst { burst, since, .. } => Some(since.plus_nanos(self.burst_nanos(burst))),
+            _ => None,
+        }
     }
 
     /// The drive goes off; the rotor turns on by `coast_rad` at most, but for `coast_sd_rad`.

@@ -5,7 +5,8 @@ use core::borrow::Borrow;
 use estimator::{AngleFilter, ConstantRate, Estimate, Health, Innovation};
 use motor_model::{Angle, DriveCommand, Time};
 
-use crate::latency::{self, Decision, InFlight};
+use crate::in_flight::{Decision, Due, InFlight};
+use crate::loop_timing::LoopTiming;
 use crate::map_correction::LearntFactors;
 use crate::ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
 use crate::positioning::{Positioning, PositioningPhase, PositioningTuning};
@@ -85,7 +86,7 @@ impl<F, M: Borrow<ResponseMap>> PositionLoop<F, M> {
 /// on, and its estimate, which is for this tick too, is from measurements that are older by the latency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TickReport {
-    /// The estimate the decision was based on; `None` before the first camera frame.
+    /// The estimate the decision was based on; `None` before the first camera frame, and in a tick without a decision.
     pub estimate: Option<Estimate<f32>>,
     /// Whether it may be used.
     pub health: Health,
@@ -108,13 +109,24 @@ impl Decision for TickReport {
         applied: DriveCommand::OFF,
         phase: PositioningPhase::Waiting(Health::Waiting),
     };
+
+    fn applied(&self) -> DriveCommand {
+        self.applied
+    }
+
+    fn pass(&mut self) {
+        (self.estimate, self.camera) = (None, None);
+    }
 }
 
 /// One tick of the loop at `now`.
 ///
 /// To be called every [`PositionLoop::TICK_NANOS`]. A late or missed tick costs accuracy of the cut-off, nothing else,
-/// since every measurement carries its own time. Takes at most one camera frame and [`LDV_SAMPLES_PER_TICK_MAX`]
-/// vibrometer samples. An estimate whose health is [`Health::Unusable`] counts as none.
+/// since every measurement carries its own time. Takes at most one camera frame, and [`LDV_SAMPLES_PER_TICK_MAX`]
+/// vibrometer samples for each tick. An estimate whose health is [`Health::Unusable`] counts as none.
+///
+/// Where the loop decides in every few ticks ([`LoopTiming`]), the ticks between do nothing: no measurement is taken,
+/// and the report is the one before without estimate and frame.
 pub fn tick<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
     state: &mut PositionLoop<F, M>,
     now: Time,
@@ -135,22 +147,34 @@ pub fn tick_by<'d, F: AngleFilter<f32>, P: Sense + Drive>(
     now: Time,
     ports: &mut P,
 ) -> &'d mut TickReport {
-    let latency_ticks = ports.latency_ticks();
-    let acts_at = latency::acts_at(now, latency_ticks);
-    let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, ports);
+    let timing = ports.timing();
+    let due = in_flight.due(now, timing);
+    if due != Due::Decision {
+        return without_decision(filter, in_flight, due, now, ports);
+    }
+    let acts_at = timing.acts_at(now);
+    let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, timing, ports);
     let command = positioning.decide(map, acts_at, estimate.as_ref(), health);
     let command = tune(tracker, map, filter, acts_at, command, estimate.as_ref());
     let applied = ports.drive(command);
-    let report = in_flight.exchange(latency_ticks, |decision| {
-        // Field by field: otherwise a report is made elsewhere and moved.
-        decision.estimate = estimate;
-        decision.health = health;
-        decision.command = command;
-        decision.applied = applied;
-        decision.phase = positioning.phase();
-    });
+    let (report, tells) = in_flight.exchange(
+        now,
+        timing,
+        || positioning.burst_end(),
+        |decision| {
+            // Field by field: otherwise a report is made elsewhere and moved.
+            decision.estimate = estimate;
+            decision.health = health;
+            decision.command = command;
+            decision.applied = applied;
+            decision.camera = None;
+            decision.phase = positioning.phase();
+        },
+    );
     report.camera = camera;
-    filter.drive(now, report.applied);
+    if tells {
+        filter.drive(now, report.applied);
+    }
     report
 }
 
@@ -185,7 +209,7 @@ impl<F, M: Borrow<ResponseMap>> RateLoop<F, M> {
 /// What a tick of the rate loop did; with a latency as [`TickReport`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateReport {
-    /// The estimate the decision was based on.
+    /// The estimate the decision was based on; `None` as in [`TickReport`].
     pub estimate: Option<Estimate<f32>>,
     /// Whether it may be used.
     pub health: Health,
@@ -197,7 +221,8 @@ pub struct RateReport {
     pub applied: DriveCommand,
     /// The commanded rate in rad/s, clockwise positive.
     pub wanted_rad_s: f32,
-    /// The angle that the rotor should have; `None` before the first usable estimate.
+    /// The angle that the rotor should have; `None` before the first usable estimate. That of the last
+    /// decision in a tick without one.
     pub reference: Option<Angle>,
     /// Since when the command is given.
     pub since: Time,
@@ -217,6 +242,14 @@ impl Decision for RateReport {
         since: Time::ZERO,
         stopped: None,
     };
+
+    fn applied(&self) -> DriveCommand {
+        self.applied
+    }
+
+    fn pass(&mut self) {
+        (self.estimate, self.camera) = (None, None);
+    }
 }
 
 /// One tick of the rate loop at `now`, otherwise as [`tick`].
@@ -239,24 +272,60 @@ pub fn tick_rate_by<'d, F: AngleFilter<f32>, C: RateProfile, P: Sense + Drive>(
     now: Time,
     ports: &mut P,
 ) -> &'d mut RateReport {
-    let latency_ticks = ports.latency_ticks();
-    let acts_at = latency::acts_at(now, latency_ticks);
-    let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, ports);
+    let timing = ports.timing();
+    let due = in_flight.due(now, timing);
+    if due != Due::Decision {
+        return without_decision(filter, in_flight, due, now, ports);
+    }
+    let acts_at = timing.acts_at(now);
+    let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, timing, ports);
     let command = hold.decide(map, acts_at, estimate.as_ref(), health);
     let command = tune(tracker, map, filter, acts_at, command, estimate.as_ref());
     let applied = ports.drive(command);
-    let report = in_flight.exchange(latency_ticks, |decision| {
-        decision.estimate = estimate;
-        decision.health = health;
-        decision.command = command;
-        decision.applied = applied;
-        decision.wanted_rad_s = hold.wanted_rad_s(acts_at);
-        decision.reference = hold.reference();
-        decision.since = hold.since();
-        decision.stopped = hold.stopped();
-    });
+    let (report, tells) = in_flight.exchange(
+        now,
+        timing,
+        || None,
+        |decision| {
+            decision.estimate = estimate;
+            decision.health = health;
+            decision.command = command;
+            decision.applied = applied;
+            decision.camera = None;
+            decision.wanted_rad_s = hold.wanted_rad_s(acts_at);
+            decision.reference = hold.reference();
+            decision.since = hold.since();
+            decision.stopped = hold.stopped();
+        },
+    );
     report.camera = camera;
-    filter.drive(now, report.applied);
+    if tells {
+        filter.drive(now, report.applied);
+    }
+    report
+}
+
+/// A tick at `now` that decides nothing: the filter is told of a decision that acts from now on, if that is `due`.
+/// Samples until then are of the drive before it.
+#[cold]
+#[inline(never)]
+pub(crate) fn without_decision<'d, F: AngleFilter<f32>, R: Decision>(
+    filter: &mut F,
+    in_flight: &'d mut InFlight<R>,
+    due: Due,
+    now: Time,
+    ports: &mut impl Sense,
+) -> &'d mut R {
+    if due == Due::Nothing {
+        return in_flight.passed();
+    }
+    while let Some(sample) = ports.ldv_sample() {
+        filter.update_ldv(&sample);
+    }
+    let (report, tells) = in_flight.act(now);
+    if tells {
+        filter.drive(now, report.applied());
+    }
     report
 }
 
@@ -293,7 +362,7 @@ pub struct Fused {
 ///
 /// The second half is to decide, to drive, and to tell the filter the drive that is applied ([`AngleFilter::drive`]).
 pub fn fuse<F: AngleFilter<f32>>(filter: &mut F, now: Time, ports: &mut impl Sense) -> Fused {
-    fuse_for(filter, now, now, ports)
+    fuse_for(filter, now, now, LoopTiming::default(), ports)
 }
 
 /// The same with the estimate for `instant`: when the command acts that is decided by it.
@@ -302,9 +371,10 @@ pub(crate) fn fuse_for<F: AngleFilter<f32>>(
     filter: &mut F,
     now: Time,
     instant: Time,
+    timing: LoopTiming,
     ports: &mut impl Sense,
 ) -> Fused {
-    for _ in 0..LDV_SAMPLES_PER_TICK_MAX {
+    for _ in 0..LDV_SAMPLES_PER_TICK_MAX * usize::from(timing.decision_ticks) {
         let Some(sample) = ports.ldv_sample() else { break };
         filter.update_ldv(&sample);
     }

@@ -223,6 +223,9 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         let is_armed = self.is_armed();
         if !is_armed {
             self.tick_by_hand();
+        } else if self.amplifier.timing().decision_ticks > 1 && !of_every_tick && self.is_waiting() {
+            self.reports.pass();
+            return None;
         }
         let (tick, arming) = (self.elapsed_ticks, self.arming());
         let Self { memory, measurements, amplifier, deframer, counters, telemetry, .. } = self;
@@ -244,6 +247,10 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         }
         self.reports.told(&report);
         Some(TickRecord::from(&report))
+    }
+
+    fn is_waiting(&self) -> bool {
+        self.memory.is_waiting(time(self.elapsed_ticks))
     }
 
     fn arming(&self) -> ArmingState {
@@ -337,7 +344,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             HostMessage::DescriptionBegin
             | HostMessage::Instruments(_)
             | HostMessage::MotorParameter(_)
-            | HostMessage::Latency { .. }
+            | HostMessage::Timing { .. }
             | HostMessage::MapBegin
             | HostMessage::MapRows(_)
             | HostMessage::MapLearnt(_)

@@ -1,6 +1,6 @@
-//! What a board takes from the bench that it drives: the frequencies of the motor, and when its commands act.
+//! What a board takes from the bench that it drives: the frequencies of the motor, and the timing of its loop.
 
-use controller::Drive;
+use controller::{Drive, LoopTiming};
 use motor_model::{DriveCommand, MotorParams, OutOfBounds};
 
 /// An amplifier that drives the modes of a design.
@@ -17,8 +17,8 @@ pub trait DesignedDrive: Drive {
     /// From the next command on it drives the modes of `design`. The drive is off.
     fn follow(&mut self, design: Self::Design);
 
-    /// From the next command on its commands act after so many ticks ([`Drive::latency_ticks`]). The drive is off.
-    fn act_after(&mut self, ticks: usize);
+    /// From the next command on this is its timing ([`Drive::timing`]). The drive is off.
+    fn keep_time(&mut self, timing: LoopTiming);
 
     /// Whether it works: no error has occurred since the start.
     fn works(&self) -> bool {

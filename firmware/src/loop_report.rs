@@ -45,7 +45,7 @@ macro_rules! field {
 }
 
 impl LoopReport<'_> {
-    /// Counts its angles from `zero`.
+    /// Counts its angles from `zero`, if it is of a tick with a decision: otherwise they are counted so already.
     #[inline]
     pub fn count_from(&mut self, zero: Angle) {
         let (estimate, reference) = match self {
@@ -53,11 +53,12 @@ impl LoopReport<'_> {
             Self::Experiment(report) => (&mut report.estimate, None),
             Self::Rate { report, .. } => (&mut report.estimate, report.reference.as_mut()),
         };
+        // A reference needs an estimate.
         if let Some(estimate) = estimate {
             estimate.angle = estimate.angle.minus(zero);
-        }
-        if let Some(reference) = reference {
-            *reference = reference.minus(zero);
+            if let Some(reference) = reference {
+                *reference = reference.minus(zero);
+            }
         }
     }
 

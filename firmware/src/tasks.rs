@@ -57,7 +57,7 @@ mod timer_task;
 
 use core::sync::atomic::AtomicU32;
 
-use controller::{LATENCY_TICKS_MAX, PositionLoop};
+use controller::{LATENCY_TICKS_MAX, LoopTiming, PositionLoop};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use heapless::spsc::Queue;
@@ -149,7 +149,7 @@ impl TaskMemory {
             last: DriveCommand::OFF,
             works: true,
             interrupt: 0,
-            latency_ticks: 0,
+            timing: LoopTiming::default(),
             switched_off: &self.switched_off,
         };
         let mut application = Application::new(port, &mut self.configured).timed();

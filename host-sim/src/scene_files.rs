@@ -173,7 +173,7 @@ mod tests {
         };
         let (scene, passed_over) = load_admitted(Some(Path::new("stm32g474")), &[], &own_filters).unwrap();
         assert_eq!(passed_over, ["estimator.filter"]);
-        assert!(!scene.is_set("estimator.filter") && scene.integer("board.latency_ticks") == 8);
+        assert!(!scene.is_set("estimator.filter") && scene.integer("board.latency_ticks") == 16);
     }
 
     #[test]

@@ -1,14 +1,14 @@
 //! The description of the bench as a whole: its messages, and a digest by which host and board compare theirs.
 //!
 //! ```text
-//! DescriptionBegin, Instruments, Latency, MotorParameter ..., MapBegin, MapRows ..., MapEnd       the whole
+//! DescriptionBegin, Instruments, Timing, MotorParameter ..., MapBegin, MapRows ..., MapEnd       the whole
 //! CRC-64( part, part ... )                                         its digest; a part is a message, by postcard
 //! ```
 //!
 //! Host and board make these messages of what they have by the same function, so the same bench has the same digest on
 //! both sides, whatever the host has sent to describe it.
 
-use controller::ResponseMap;
+use controller::{LoopTiming, ResponseMap};
 use crc::{CRC_64_XZ, Crc, Digest, NoTable};
 use estimator::Instruments;
 use motor_model::{MotorParams, Parameter};
@@ -25,12 +25,12 @@ pub const PART_BYTES_MAX: usize = FRAME_BYTES_MAX;
 static CRC: Crc<u64, NoTable> = Crc::<u64, NoTable>::new(&CRC_64_XZ);
 
 /// The messages that describe a bench to a board, whatever description is in force there, in the order in which it
-/// takes them: the begin, instruments, latency, each parameter of `design` that is not Table 1's, and `map`, which goes
+/// takes them: the begin, instruments, timing, each parameter of `design` that is not Table 1's, and `map`, which goes
 /// with `design`. Without a map the board plans by that of Table 1.
 pub fn description_messages<'m>(
     design: &'m MotorParams,
     instruments: Instruments,
-    latency_ticks: u8,
+    timing: LoopTiming,
     map: Option<&'m ResponseMap>,
 ) -> impl Iterator<Item = HostMessage> + 'm {
     let nominal = MotorParams::nominal();
@@ -39,8 +39,9 @@ pub fn description_messages<'m>(
         let is_nominal = value.to_bits() == nominal.get(parameter).to_bits();
         (!is_nominal).then_some(HostMessage::MotorParameter(MotorParameterRecord { index, value }))
     });
-    let latency = HostMessage::Latency { ticks: latency_ticks };
-    [HostMessage::DescriptionBegin, HostMessage::Instruments(instruments), latency]
+    let LoopTiming { latency_ticks, decision_ticks } = timing;
+    let timing = HostMessage::Timing { latency_ticks, decision_ticks };
+    [HostMessage::DescriptionBegin, HostMessage::Instruments(instruments), timing]
         .into_iter()
         .chain(parameters)
         .chain(map.into_iter().flat_map(map_messages))

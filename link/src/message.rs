@@ -62,11 +62,13 @@ pub enum HostMessage {
     /// The same with the angle at which the rotor is now as the target, and the tolerance as it is. Refused without a
     /// usable estimate as well.
     Hold,
-    /// Ticks from the measurements of a tick until its command acts ([`controller::Drive::latency_ticks`]), for the
-    /// configurations that follow. Refused above [`controller::LATENCY_TICKS_MAX`], and while armed.
-    Latency {
-        /// The ticks.
-        ticks: u8,
+    /// When the loop decides, and when its commands act ([`controller::LoopTiming`]), for the configurations that
+    /// follow. Refused out of its bounds, and while armed.
+    Timing {
+        /// Ticks from the measurements of a tick until the command acts that they decide.
+        latency_ticks: u8,
+        /// Ticks from one decision to the next.
+        decision_ticks: u8,
     },
     /// Asks what the board is.
     Identify,
@@ -82,7 +84,8 @@ pub enum HostMessage {
     /// tick, with a map that is incomplete or for another motor, and by a board that keeps nothing.
     Digest,
     /// A description of the bench begins: the default one is in force, of the default instruments, the motor of Table 1
-    /// and its map, and no latency. No move is configured. What is kept stays. Refused while armed.
+    /// and its map, no latency, and a decision in every tick. No move is configured. What is kept stays. Refused while
+    /// armed.
     DescriptionBegin,
     /// Drives by hand, at the frequencies of the motor that was described, without a filter. It ends with its duration,
     /// or by a stop; a silent host, missed deadlines or a failed amplifier latch as while armed. Another one replaces

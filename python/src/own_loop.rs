@@ -7,13 +7,14 @@
 //!
 //! This is the order of [`controller::tick`], cut between its decision and its drive.
 
+use controller::LoopTiming;
 use controller::{Fused, TICK_NANOS, fuse};
 use estimator::{AngleFilter as _, Estimate, Health};
 use motor_model::{DriveCommand, Time, math};
 use numpy::{IntoPyArray as _, PyArray2, PyArrayMethods as _};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use simulation::runs::closed_loop::latency_ticks;
+use simulation::runs::closed_loop::timing;
 use simulation::runs::filter::AnyFilter;
 use simulation::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
 use simulation::scene::{Scene, SceneError};
@@ -196,9 +197,11 @@ impl PyLoop {
     #[pyo3(signature = (scene=None))]
     fn new(scene: Option<&PyScene>) -> Result<Self, Error> {
         let scene = scene.map_or_else(|| Ok(Scene::default()), |scene| scene.of("position"))?;
-        if latency_ticks(&scene) > 0 {
+        if timing(&scene) != LoopTiming::default() {
             return Err(SceneError::Conflict {
-                conflict: "board.latency_ticks: the drive of a loop of one's own acts at once".to_owned(),
+                conflict: "board.latency_ticks, board.decision_ticks: a loop of one's own decides in each tick, and \
+                           its drive acts at once"
+                    .to_owned(),
                 hint: "give the drive later".to_owned(),
             }
             .into());

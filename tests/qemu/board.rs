@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use controller::ResponseMap;
+use controller::{LoopTiming, ResponseMap};
 use estimator::{CameraDescription, Instruments};
 use host_sim::board::pil::FreeRunningBoard;
 use host_sim::board::telemetry::{LogDictionary, LogEntry, LogReader};
@@ -221,8 +221,14 @@ fn tool_board_keeps_and_restores_before_the_watchdog_loses_patience() {
     let welcome = BoardMessage::Welcome { tick_nanos: 10_000 };
     board.answers(&HostMessage::Hello, &welcome);
     let nominal = MotorParams::nominal();
-    let description =
-        || description_messages(&nominal, Instruments::default(), 3, Some(ResponseMap::table_1()));
+    let description = || {
+        description_messages(
+            &nominal,
+            Instruments::default(),
+            LoopTiming { latency_ticks: 3, decision_ticks: 2 },
+            Some(ResponseMap::table_1()),
+        )
+    };
     for message in description() {
         board.answers(&message, &BoardMessage::Described);
     }

@@ -27,7 +27,7 @@ struct ScriptedTick {
 }
 
 /// A script, tick by tick. Tick 1 ends with the first interrupt.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Script {
     ticks: Vec<ScriptedTick>,
     /// Bytes on their way to the board.

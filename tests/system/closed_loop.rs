@@ -1,5 +1,6 @@
 //! The closed loop of motor, instruments, filter and controller.
 
+mod law_decisions;
 mod law_interrupted_moves;
 mod law_late_interrupts;
 mod law_latency;

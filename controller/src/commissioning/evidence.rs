@@ -41,20 +41,21 @@ pub struct CruiseEvidence {
 /// Runs of a row that lose the estimate, from which on it is taken for one that does.
 const LOST_RUNS: u16 = 2;
 
-/// Whether the estimate is `lost` in most runs of a row: nothing more is learnt of it, and no move drives it.
-fn is_lost(lost: u16, whole: u16) -> bool {
-    lost >= LOST_RUNS && lost > whole
+/// Whether the estimate is `lost` in most runs of a row, where others have `shown` something: nothing more is learnt of
+/// it, and no move drives it.
+fn is_lost(lost: u16, shown: u16) -> bool {
+    lost >= LOST_RUNS && lost > shown
 }
 
 impl CruiseEvidence {
-    /// Whether most of its runs lose the estimate.
+    /// Whether most of its runs lose the estimate before they have shown anything.
     pub fn is_lost(&self) -> bool {
-        is_lost(self.unseen.saturating_add(self.lost), self.runs.saturating_sub(self.lost))
+        is_lost(self.unseen, self.runs)
     }
 }
 
 impl BurstEvidence {
-    /// Whether most of its trains lose the estimate.
+    /// The same of its trains.
     pub fn is_lost(&self) -> bool {
         is_lost(self.lost, self.turns.count())
     }
@@ -169,7 +170,7 @@ mod tests {
             (0, 1, 0, false),
             (1, 0, 1, false),
             (0, 2, 0, true),
-            (1, 1, 1, true),
+            (1, 2, 1, true),
             (4, 0, 2, false),
         ] {
             let found = CruiseEvidence { runs, unseen, lost, ..CruiseEvidence::default() };

@@ -149,6 +149,12 @@ pub struct Experimenter {
     moved: bool,
 }
 
+impl BurstRun {
+    fn end(&self) -> Time {
+        self.since.plus_nanos(self.train.burst_nanos())
+    }
+}
+
 impl CruiseRun {
     /// Its direction.
     pub(super) fn along(&self) -> f32 {
@@ -302,7 +308,7 @@ impl Experimenter {
             Stage::Sweeping(_) => self.sweep(now),
             Stage::Cruising(run) => self.cruise(run, now, estimate),
             Stage::Bursting(run) => {
-                if now.nanos_since(run.since) >= run.train.burst_nanos() {
+                if now >= run.end() {
                     self.stage = Stage::Resting(Resting::new(Pending::Turn(run.train), now));
                 }
             }
@@ -312,6 +318,14 @@ impl Experimenter {
                 }
             }
             Stage::Ended(_) => (),
+        }
+    }
+
+    /// When the drive of the burst under way ends.
+    pub(crate) fn burst_end(&self) -> Option<Time> {
+        match &self.stage {
+            Stage::Bursting(run) => Some(run.end()),
+            _ => None,
         }
     }
 

@@ -4,9 +4,9 @@ use estimator::{AngleFilter, CameraFrame, Estimate, Health, Innovation, LdvSampl
 use motor_model::{DriveCommand, Time};
 
 use super::{ExperimentPhase, Experimenter};
-use crate::latency::{self, Decision, InFlight};
+use crate::in_flight::{Decision, Due, InFlight};
 use crate::ports::{Drive, Sense};
-use crate::tick::{Fused, fuse_for};
+use crate::tick::{Fused, fuse_for, without_decision};
 
 /// The sensors, of which the experimenter hears the vibrometer as well.
 struct Heard<'a, P> {
@@ -29,7 +29,7 @@ impl<P: Sense> Sense for Heard<'_, P> {
 /// What a tick of experiments did; with a latency as [`crate::TickReport`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExperimentReport {
-    /// The estimate the decision was based on; `None` before the first camera frame.
+    /// The estimate the decision was based on; `None` as in [`crate::TickReport`].
     pub estimate: Option<Estimate<f32>>,
     /// Whether it may be used.
     pub health: Health,
@@ -52,6 +52,14 @@ impl Decision for ExperimentReport {
         applied: DriveCommand::OFF,
         phase: ExperimentPhase::Resting,
     };
+
+    fn applied(&self) -> DriveCommand {
+        self.applied
+    }
+
+    fn pass(&mut self) {
+        (self.estimate, self.camera) = (None, None);
+    }
 }
 
 /// One tick at `now`, to be called every [`crate::TICK_NANOS`], as [`crate::tick()`] is. Orders are given, and
@@ -63,23 +71,35 @@ pub fn tick_experiment<'d, F: AngleFilter<f32>, P: Sense + Drive>(
     now: Time,
     ports: &mut P,
 ) -> &'d mut ExperimentReport {
-    let latency_ticks = ports.latency_ticks();
-    let acts_at = latency::acts_at(now, latency_ticks);
+    let timing = ports.timing();
+    let due = in_flight.due(now, timing);
     let mut heard = Heard { ports: &mut *ports, experimenter: &mut *experimenter };
-    let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, &mut heard);
+    if due != Due::Decision {
+        return without_decision(filter, in_flight, due, now, &mut heard);
+    }
+    let acts_at = timing.acts_at(now);
+    let Fused { camera, estimate, health } = fuse_for(filter, now, acts_at, timing, &mut heard);
     let command = experimenter.decide(acts_at, estimate.as_ref(), health);
     if let Some(offsets) = experimenter.take_moved_resonances() {
         filter.retune(&offsets);
     }
     let applied = ports.drive(command);
-    let report = in_flight.exchange(latency_ticks, |decision| {
-        decision.estimate = estimate;
-        decision.health = health;
-        decision.command = command;
-        decision.applied = applied;
-        decision.phase = experimenter.phase();
-    });
+    let (report, tells) = in_flight.exchange(
+        now,
+        timing,
+        || experimenter.burst_end(),
+        |decision| {
+            decision.estimate = estimate;
+            decision.health = health;
+            decision.command = command;
+            decision.applied = applied;
+            decision.camera = None;
+            decision.phase = experimenter.phase();
+        },
+    );
     report.camera = camera;
-    filter.drive(now, report.applied);
+    if tells {
+        filter.drive(now, report.applied);
+    }
     report
 }

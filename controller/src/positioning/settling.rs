@@ -16,9 +16,9 @@ use crate::response_map::{ResponseMap, direction};
 use crate::rest_filter::Resting;
 use crate::settling_watch::{SettlingWatch, Shown};
 
-/// Ticks from one plan to the next, while the rotor is measured: a plan is much work for a tick, and one frame of the
-/// default camera changes it little.
-const TICKS_TO_PLAN: u8 = 10;
+/// Decisions from one plan to the next, while the rotor is measured: a plan is much work for a tick, and one frame of
+/// the default camera changes it little.
+const DECISIONS_TO_PLAN: u8 = 10;
 /// Longest brake in ns: a hundred times what mode C takes to spin a rotor up.
 const BRAKE_NANOS: u64 = 500_000_000;
 /// Longest wait for a frame, in ns, at which a brake is ended by the estimate.
@@ -68,10 +68,10 @@ impl Positioning {
         if let Some(Trial::Probe { lost, burst }) = self.trial {
             return self.probe(map, (lost, burst), now, estimate);
         }
-        if self.ticks_to_plan > 0 {
+        if self.decisions_to_plan > 0 {
             return self.measure(now, estimate);
         }
-        self.ticks_to_plan = TICKS_TO_PLAN;
+        self.decisions_to_plan = DECISIONS_TO_PLAN;
         let situation = self.situation(estimate);
         let corrected = self.corrected(estimate);
         if situation.reached() {

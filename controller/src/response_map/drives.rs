@@ -59,6 +59,11 @@ impl Burst {
         1e-9 * self.ticks as f32 * crate::TICK_NANOS as f32
     }
 
+    /// Its time in ns.
+    pub(crate) fn nanos(&self) -> u64 {
+        u64::from(self.ticks) * crate::TICK_NANOS
+    }
+
     /// The burst `part` of the way to `other`, 0 to 1, with a whole number of ticks and the turn of those.
     pub(super) fn towards(&self, other: &Self, part: f32) -> Self {
         let between = |from: f32, to: f32, part: f32| from + (to - from) * part;

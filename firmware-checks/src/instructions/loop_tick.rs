@@ -2,7 +2,7 @@
 
 use core::hint::black_box;
 
-use controller::{PositionLoop, TickReport};
+use controller::{LoopTiming, PositionLoop, TickReport};
 use link::FilterKind;
 use motor_model::{Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
@@ -48,7 +48,7 @@ fn count_ticks(
     crate::parity::run_loop(
         memory,
         kind,
-        0,
+        LoopTiming::default(),
         |parts, now, instruments| {
             let now = black_box(now);
             let (report, of_tick) = black_box(counter.count(|| tick_once(parts, now, instruments)));
@@ -68,7 +68,7 @@ fn count_ticks(
 
 /// The loop with the filter `impact_aided`.
 pub(super) fn run_hot_operations(memory: &mut LoopMemory) -> Result<(), OutOfBounds> {
-    crate::parity::run_loop(memory, FilterKind::ImpactAided, 0, tick_once, |report, _| {
+    crate::parity::run_loop(memory, FilterKind::ImpactAided, LoopTiming::default(), tick_once, |report, _| {
         black_box(report);
     })
     .map(drop)

@@ -16,7 +16,7 @@ use core::cell::Cell;
 use core::convert::Infallible;
 use core::hint::black_box;
 
-use controller::{LATENCY_TICKS_MAX, PositionLoop, Sense};
+use controller::{LATENCY_TICKS_MAX, LoopTiming, PositionLoop, Sense};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 use estimator::CameraFrame;
@@ -85,12 +85,20 @@ macro_rules! names {
     };
 }
 
-/// The filters, and the names of their counts.
-const KINDS: [(FilterKind, Names); 3] = [
-    (FilterKind::ConstantRate, names!("program_tick")),
-    (FilterKind::ImpactAided, names!("program_tick_impact_aided")),
-    (FilterKind::Twin, names!("program_tick_twin")),
+/// The filters, from how many ticks they decide in one, and the names of their counts.
+const KINDS: [(FilterKind, u8, Names); 6] = [
+    (FilterKind::ConstantRate, 1, names!("program_tick")),
+    (FilterKind::ConstantRate, 8, names!("program_tick_every_8")),
+    (FilterKind::ImpactAided, 1, names!("program_tick_impact_aided")),
+    (FilterKind::ImpactAided, 8, names!("program_tick_impact_aided_every_8")),
+    (FilterKind::Twin, 1, names!("program_tick_twin")),
+    (FilterKind::Twin, 8, names!("program_tick_twin_every_8")),
 ];
+
+/// The longest latency, and a decision in one of so many ticks.
+fn timing(decision_ticks: u8) -> LoopTiming {
+    LoopTiming { latency_ticks: u8::try_from(LATENCY_TICKS_MAX).unwrap_or(u8::MAX), decision_ticks }
+}
 
 /// A pin or a pulse width that nothing hangs on.
 struct Unconnected;
@@ -238,15 +246,15 @@ struct Bench<'m> {
 impl Bench<'_> {
     /// Tells the board what it needs for a move to `target_deg`, and arms it.
     #[inline(never)]
-    fn arm(&mut self, filter: FilterKind, target_deg: f64) {
+    fn arm(&mut self, filter: FilterKind, decision_ticks: u8, target_deg: f64) {
         let deadline_nanos = 2 * TICKS_PER_TARGET * PositionLoop::TICK_NANOS;
         let (tolerance_deg, limits) = (TOLERANCE_DEG, MoveLimitsRecord::default());
         let configuration = Configuration { filter, target_deg, tolerance_deg, deadline_nanos, limits };
-        let ticks = u8::try_from(LATENCY_TICKS_MAX).unwrap_or(u8::MAX);
+        let LoopTiming { latency_ticks, decision_ticks } = timing(decision_ticks);
         for message in [
             HostMessage::Hello,
             HostMessage::Stop,
-            HostMessage::Latency { ticks },
+            HostMessage::Timing { latency_ticks, decision_ticks },
             HostMessage::Configure(configuration),
             HostMessage::Arm,
         ] {
@@ -290,11 +298,11 @@ impl Bench<'_> {
     fn make_move(
         &mut self,
         counter: &InstructionCounter<'_, impl InstructionTimer>,
-        kind: FilterKind,
+        (kind, decision_ticks): (FilterKind, u8),
         target_deg: f64,
         mut took: impl FnMut(u32),
     ) {
-        self.arm(kind, target_deg);
+        self.arm(kind, decision_ticks, target_deg);
         for _ in 0..TICKS_PER_TARGET {
             took(self.tick(counter));
         }
@@ -304,7 +312,7 @@ impl Bench<'_> {
     fn count_moves(
         &mut self,
         counter: &InstructionCounter<'_, impl InstructionTimer>,
-        kind: FilterKind,
+        kind: (FilterKind, u8),
         tick: &'static str,
         latencies: [&'static str; 4],
     ) -> (Count, [Count; 4]) {
@@ -325,7 +333,7 @@ impl Bench<'_> {
     /// The motor and its instruments are as at their start.
     fn replace_motor(&mut self) {
         self.state = MotorState::default();
-        self.instruments = TwinInstruments::new(LATENCY_TICKS_MAX);
+        self.instruments = TwinInstruments::new(timing(1));
     }
 }
 
@@ -348,7 +356,7 @@ impl<'m> Bench<'m> {
             line: HostLine::new(),
             motor: Motor::try_new(&MotorParams::nominal(), &setup)?,
             state: MotorState::default(),
-            instruments: TwinInstruments::new(LATENCY_TICKS_MAX),
+            instruments: TwinInstruments::new(timing(1)),
             ticks: 1,
         })
     }
@@ -363,8 +371,8 @@ pub(super) fn count(
 ) -> Result<(), OutOfBounds> {
     let velocities = Cell::new([None; SAMPLES_PER_TICK]);
     let mut bench = Bench::new(memory, &velocities)?;
-    for (kind, Names { tick, latencies }) in KINDS {
-        let (tick, latencies) = bench.count_moves(counter, kind, tick, latencies);
+    for (kind, decision_ticks, Names { tick, latencies }) in KINDS {
+        let (tick, latencies) = bench.count_moves(counter, (kind, decision_ticks), tick, latencies);
         [tick].into_iter().chain(latencies).for_each(&mut *report);
     }
     Ok(())
@@ -398,12 +406,12 @@ mod tests {
         let mut memory = ProgramMemory::new();
         let mut bench = Bench::new(&mut memory, &velocities).unwrap();
         let mut expected = 0;
-        for (kind, _) in KINDS {
+        for (kind, decision_ticks, _) in KINDS {
             bench.replace_motor();
             for target_deg in TARGETS_DEG {
-                bench.make_move(&counter, kind, target_deg, |_| ());
+                bench.make_move(&counter, (kind, decision_ticks), target_deg, |_| ());
                 let off = bench.state.rotor.angle.angle().minus(Angle::from_degrees(target_deg)).units();
-                assert!(off.abs() <= 2 * PIXEL_UNITS, "{kind:?} to {target_deg}: {off}");
+                assert!(off.abs() <= 2 * PIXEL_UNITS, "{kind:?}, {decision_ticks}, to {target_deg}: {off}");
                 // Without the frame before the move, and the one that is on its way at its end.
                 expected += TICKS_PER_TARGET / TICKS_PER_FRAME - 2;
             }

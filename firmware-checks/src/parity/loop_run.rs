@@ -10,8 +10,8 @@ use core::fmt;
 
 use controller::resonance_tracker::ResonanceTracker;
 use controller::{
-    Drive, InFlight, PositionLoop, Positioning, PositioningTuning, ResponseMap, Sense, Target, TickReport,
-    tick_by,
+    Drive, InFlight, LoopTiming, PositionLoop, Positioning, PositioningTuning, ResponseMap, Sense, Target,
+    TickReport, tick_by,
 };
 use estimator::{CameraFrame, Instruments, LdvSample};
 use link::FilterKind;
@@ -112,7 +112,7 @@ impl LoopRun {
         };
         let mut angle_units = 0;
         for kind in KINDS {
-            let end = run_loop(memory, kind, 0, tick_parts, &mut take)?;
+            let end = run_loop(memory, kind, LoopTiming::default(), tick_parts, &mut take)?;
             angle_units = end.rotor.angle.angle().units();
         }
         Ok(Self { digest: digest.value(), ticks, angle_units })
@@ -128,14 +128,14 @@ impl fmt::Display for LoopRun {
     }
 }
 
-/// Positions the twin, with a new filter of `kind` for each target and `tick_once` at each tick. Commands act
-/// `latency_ticks` after the measurements that decide them.
+/// Positions the twin, with a new filter of `kind` for each target and `tick_once` at each tick. The loop decides, and
+/// its commands act, by `timing`.
 ///
 /// `observe` gets each report, with the state that was measured for it. The result is the last state.
 pub(crate) fn run_loop(
     memory: &mut LoopMemory,
     kind: FilterKind,
-    latency_ticks: usize,
+    timing: LoopTiming,
     mut tick_once: impl for<'a> FnMut(&'a mut LoopParts, Time, &mut TwinInstruments) -> &'a TickReport,
     mut observe: impl FnMut(&TickReport, &MotorState<f32>),
 ) -> Result<MotorState<f32>, OutOfBounds> {
@@ -144,7 +144,7 @@ pub(crate) fn run_loop(
     let setup = MotorSetup::with_step(step_s);
     let motor = Motor::<f32>::try_new(&MotorParams::nominal(), &setup)?;
     let mut state = MotorState::default();
-    let mut instruments = TwinInstruments::new(latency_ticks);
+    let mut instruments = TwinInstruments::new(timing);
     let mut ticks = 0;
     for target_deg in TARGETS_DEG {
         let target = Target::try_new(target_deg, TOLERANCE_DEG)?;
@@ -192,13 +192,13 @@ pub(crate) struct TwinInstruments {
     /// Samples not yet read, oldest first.
     ldv: [Option<LdvSample>; LDV_SAMPLES_PER_TICK],
     noise: Pcg32,
-    latency_ticks: usize,
+    timing: LoopTiming,
 }
 
 impl TwinInstruments {
-    pub(crate) fn new(latency_ticks: usize) -> Self {
+    pub(crate) fn new(timing: LoopTiming) -> Self {
         let noise = Pcg32::seed_from_u64(SEED);
-        Self { exposed: None, arrived: None, ldv: [None; LDV_SAMPLES_PER_TICK], noise, latency_ticks }
+        Self { exposed: None, arrived: None, ldv: [None; LDV_SAMPLES_PER_TICK], noise, timing }
     }
 
     /// Takes a sample of the vibrometer at `now`.
@@ -250,8 +250,8 @@ impl Drive for TwinInstruments {
         command
     }
 
-    fn latency_ticks(&self) -> usize {
-        self.latency_ticks
+    fn timing(&self) -> LoopTiming {
+        self.timing
     }
 }
 
@@ -271,7 +271,7 @@ mod tests {
 
     fn executes_all(kind: FilterKind) {
         let (mut modes, mut phases, mut verdicts) = ([0; 2], [0; 5], [0; 4]);
-        run_loop(&mut None, kind, 0, tick_parts, |report, _| {
+        run_loop(&mut None, kind, LoopTiming::default(), tick_parts, |report, _| {
             match report.applied.mode() {
                 Some(DriveMode::B) => modes[0] += 1,
                 Some(DriveMode::C) => modes[1] += 1,

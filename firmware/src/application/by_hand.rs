@@ -3,6 +3,7 @@
 //!
 //! A jog goes on without the host for 10 ms at most: its switch is a dead man's.
 
+use controller::LoopTiming;
 use link::{BoardFault, BoardMessage, Jog, JogReport, SelfTestReport};
 use motor_model::OutOfBounds;
 
@@ -34,7 +35,7 @@ impl<D: DesignedDrive> Application<'_, D> {
             // It was configured with what the amplifier followed until now.
             self.memory.configured = None;
             self.amplifier.follow(design);
-            self.amplifier.act_after(0);
+            self.amplifier.keep_time(LoopTiming::default());
         }
         self.state = State::Jogging(command);
         self.observe(Observed::Jog, ticks);

@@ -6,8 +6,8 @@
 use controller::commissioning::ExperimentReport;
 use controller::resonance_tracker::ResonanceTracker;
 use controller::{
-    Drive, InFlight, LATENCY_TICKS_MAX, Limits, Positioning, PositioningTuning, RateReport, ResponseMap,
-    Sense, Target, TickReport, tick_by,
+    DECISION_TICKS_MAX, Drive, InFlight, LATENCY_TICKS_MAX, Limits, LoopTiming, Positioning,
+    PositioningTuning, RateReport, ResponseMap, Sense, Target, TickReport, tick_by,
 };
 use estimator::Instruments;
 use link::{
@@ -25,16 +25,17 @@ use crate::loop_report::LoopReport;
 #[expect(clippy::cast_possible_truncation, reason = "a few dozen")]
 const PARAMETER_INDEX_MAX: u8 = (Parameter::ALL.len() - 1) as u8;
 
-/// Key of the latency.
+/// Keys of the timing.
 const LATENCY_KEY: &str = "board.latency_ticks";
+const DECISION_KEY: &str = "board.decision_ticks";
 
-/// Motor, instruments and latency of the bench, as the host has described them.
+/// Motor, instruments and timing of the bench, as the host has described them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Bench {
     pub(super) design: MotorParams,
     pub(super) instruments: Instruments,
-    /// Ticks from a decision until its command acts.
-    pub(super) latency_ticks: usize,
+    /// When the loop decides, and when that acts.
+    pub(super) timing: LoopTiming,
 }
 
 impl Bench {
@@ -54,11 +55,14 @@ impl Bench {
         Ok(())
     }
 
-    /// Sets the latency.
-    pub(super) fn set_latency(&mut self, ticks: u8) -> Result<(), OutOfBounds> {
+    /// Sets the timing.
+    pub(super) fn set_timing(&mut self, timing: LoopTiming) -> Result<(), OutOfBounds> {
+        let LoopTiming { latency_ticks, decision_ticks } = timing;
         #[expect(clippy::cast_precision_loss, reason = "a few dozen")]
-        OutOfBounds::check(LATENCY_KEY, ticks.into(), 0.0, LATENCY_TICKS_MAX as f64, "")?;
-        self.latency_ticks = ticks.into();
+        let [latency_max, decision_max] = [LATENCY_TICKS_MAX, DECISION_TICKS_MAX].map(|max| max as f64);
+        OutOfBounds::check(LATENCY_KEY, latency_ticks.into(), 0.0, latency_max, "")?;
+        OutOfBounds::check(DECISION_KEY, decision_ticks.into(), 1.0, decision_max, "")?;
+        self.timing = timing;
         Ok(())
     }
 
@@ -271,6 +275,16 @@ impl MoveMemory {
             map: MapMemory::new(),
             tracker: None,
             in_flight: Decisions::NONE,
+        }
+    }
+
+    /// Whether the loop of the configured task has nothing to do at `now`.
+    #[inline]
+    pub(super) fn is_waiting(&self, now: Time) -> bool {
+        match &self.in_flight {
+            Decisions::Move(in_flight) => in_flight.is_waiting(now),
+            Decisions::Rate(in_flight) => in_flight.is_waiting(now),
+            Decisions::Experiments(in_flight) => in_flight.is_waiting(now),
         }
     }
 

@@ -1,5 +1,6 @@
 //! What the host tells before a task: instruments, motor, response map, configuration. While armed all is refused.
 
+use controller::LoopTiming;
 use link::{BoardFault, BoardMessage, HostMessage, SettingKey};
 use motor_model::OutOfBounds;
 
@@ -22,7 +23,7 @@ impl<D: DesignedDrive> Application<'_, D> {
         match Configured::build(self.memory, asked, &self.bench) {
             Ok(()) => {
                 self.amplifier.follow(design);
-                self.amplifier.act_after(self.bench.latency_ticks);
+                self.amplifier.keep_time(self.bench.timing);
                 BoardMessage::Configured
             }
             Err(MoveError::Setting(error)) => refused(&error),
@@ -47,7 +48,9 @@ impl<D: DesignedDrive> Application<'_, D> {
                 BoardMessage::Described
             }
             HostMessage::MotorParameter(parameter) => self.describe(|bench| bench.set(*parameter)),
-            HostMessage::Latency { ticks } => self.describe(|bench| bench.set_latency(*ticks)),
+            &HostMessage::Timing { latency_ticks, decision_ticks } => {
+                self.describe(|bench| bench.set_timing(LoopTiming { latency_ticks, decision_ticks }))
+            }
             HostMessage::MapBegin
             | HostMessage::MapRows(_)
             | HostMessage::MapLearnt(_)

@@ -109,14 +109,12 @@ impl<D: DesignedDrive> Application<'_, D> {
 
     /// The messages that describe what is in force. A map that no configuration would plan by has none.
     fn described_by(&self) -> Result<impl Iterator<Item = HostMessage>, MapFault> {
-        let Bench { design, instruments, latency_ticks } = &self.bench;
+        let Bench { design, instruments, timing } = &self.bench;
         let map = self.memory.map.received();
         if map.is_some() {
             self.bench.check_map(&self.memory.map)?;
         }
-        #[expect(clippy::cast_possible_truncation, reason = "a few dozen")]
-        let latency_ticks = *latency_ticks as u8;
-        Ok(description_messages(design, *instruments, latency_ticks, map))
+        Ok(description_messages(design, *instruments, *timing, map))
     }
 }
 

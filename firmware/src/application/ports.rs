@@ -1,6 +1,6 @@
 //! The ports of the loop on any board.
 
-use controller::{Drive, Sense};
+use controller::{Drive, LoopTiming, Sense};
 use estimator::{CameraFrame, LdvSample};
 use motor_model::DriveCommand;
 
@@ -27,7 +27,7 @@ impl<D: Drive> Drive for Ports<'_, D> {
         self.amplifier.drive(command)
     }
 
-    fn latency_ticks(&self) -> usize {
-        self.amplifier.latency_ticks()
+    fn timing(&self) -> LoopTiming {
+        self.amplifier.timing()
     }
 }

@@ -41,7 +41,7 @@ impl Reports {
         self.left_ticks = 0;
     }
 
-    /// Whether this tick is to be reported: once in every tick of the loop.
+    /// Whether this tick is to be reported: once in every tick in which the loop does not wait.
     #[inline]
     pub(super) fn is_due(&mut self, report: &LoopReport<'_>) -> bool {
         self.quiet_ticks = self.quiet_ticks.saturating_sub(1);
@@ -52,6 +52,13 @@ impl Reports {
             self.left_ticks = self.period_ticks - 1;
             true
         }
+    }
+
+    /// A tick passes in which the loop does nothing.
+    #[inline]
+    pub(super) fn pass(&mut self) {
+        self.quiet_ticks = self.quiet_ticks.saturating_sub(1);
+        self.left_ticks = self.left_ticks.saturating_sub(1);
     }
 
     /// Whether the host has to know of a change. A rate changes its drive too often for that.

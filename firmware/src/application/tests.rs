@@ -3,7 +3,7 @@ extern crate std;
 use std::boxed::Box;
 use std::vec::Vec;
 
-use controller::{Drive, ResponseMap};
+use controller::{Drive, LoopTiming, ResponseMap};
 use link::{CameraRecord, Configuration, Header, LdvRecord, VERSION, decode, map_messages};
 use motor_model::{DriveCommand, DriveMode, MotorParams, OutOfBounds};
 
@@ -29,7 +29,7 @@ struct RecordingAmplifier {
     command: DriveCommand,
     design: MotorParams,
     broken: bool,
-    latency_ticks: usize,
+    timing: LoopTiming,
 }
 
 impl Drive for RecordingAmplifier {
@@ -38,8 +38,8 @@ impl Drive for RecordingAmplifier {
         if self.broken { DriveCommand::OFF } else { command }
     }
 
-    fn latency_ticks(&self) -> usize {
-        self.latency_ticks
+    fn timing(&self) -> LoopTiming {
+        self.timing
     }
 }
 
@@ -54,8 +54,8 @@ impl DesignedDrive for RecordingAmplifier {
         self.design = design;
     }
 
-    fn act_after(&mut self, ticks: usize) {
-        self.latency_ticks = ticks;
+    fn keep_time(&mut self, timing: LoopTiming) {
+        self.timing = timing;
     }
 
     fn works(&self) -> bool {
@@ -67,7 +67,7 @@ impl DesignedDrive for RecordingAmplifier {
 fn board() -> Application<'static, RecordingAmplifier> {
     let design = MotorParams::nominal();
     let command = DriveCommand::full(DriveMode::C);
-    let amplifier = RecordingAmplifier { command, design, broken: false, latency_ticks: 0 };
+    let amplifier = RecordingAmplifier { command, design, broken: false, timing: LoopTiming::default() };
     Application::new(amplifier, Box::leak(Box::default()))
 }
 
@@ -317,7 +317,7 @@ fn law_another_version_is_refused_by_name() {
     let mut other = cobs::encode_vec(&content);
     other.push(0);
     let refused = BoardFault::Version { theirs: VERSION + 1, ours: VERSION };
-    assert_eq!(std::format!("{refused}"), "the host speaks protocol version 17, the board version 16");
+    assert_eq!(std::format!("{refused}"), "the host speaks protocol version 18, the board version 17");
     assert_eq!(bench.exchange_bytes(&other), fault(refused));
     assert_eq!(bench.board.counters().other_version, 1);
     assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::UnknownSession { session: 5 }));

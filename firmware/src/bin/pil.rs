@@ -11,7 +11,7 @@ firmware::only_on_the_board!("this runs on the microcontroller: run `host-sim pi
 
 #[cfg(target_os = "none")]
 mod board {
-    use controller::Drive;
+    use controller::{Drive, LoopTiming};
     // Supplies the critical section that semihosting needs as well.
     use cortex_m::singleton;
     use cortex_m_rt::entry;
@@ -28,7 +28,7 @@ mod board {
 
     /// The amplifier is on the host: the report carries the command there, when it acts.
     struct Plant {
-        latency_ticks: usize,
+        timing: LoopTiming,
     }
 
     impl Drive for Plant {
@@ -36,8 +36,8 @@ mod board {
             command
         }
 
-        fn latency_ticks(&self) -> usize {
-            self.latency_ticks
+        fn timing(&self) -> LoopTiming {
+            self.timing
         }
     }
 
@@ -50,8 +50,8 @@ mod board {
 
         fn follow(&mut self, (): ()) {}
 
-        fn act_after(&mut self, ticks: usize) {
-            self.latency_ticks = ticks;
+        fn keep_time(&mut self, timing: LoopTiming) {
+            self.timing = timing;
         }
     }
 
@@ -116,7 +116,7 @@ mod board {
             end(debug::EXIT_FAILURE)
         };
         let Some(memory) = singleton!(: MoveMemory = MoveMemory::new()) else { end(debug::EXIT_FAILURE) };
-        let mut application = Application::new(Plant { latency_ticks: 0 }, memory);
+        let mut application = Application::new(Plant { timing: LoopTiming::default() }, memory);
         let mut stack = StackGauge::new(stack_words());
         let logs = telemetry::open();
         let mut block = [0; BLOCK_BYTES];

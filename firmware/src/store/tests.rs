@@ -3,6 +3,8 @@ extern crate std;
 use std::vec;
 use std::vec::Vec;
 
+use controller::LoopTiming;
+
 use estimator::Instruments;
 use link::{MAP_ROWS_MAX, MapRows, decode_part, description_messages, map_messages};
 use motor_model::MotorParams;
@@ -10,6 +12,11 @@ use proptest::prelude::*;
 
 use super::emulated_flash::{EmulatedFlash, HalfErased};
 use super::*;
+
+/// A timing of this latency.
+fn latency(latency_ticks: u8) -> LoopTiming {
+    LoopTiming { latency_ticks, decision_ticks: 4 }
+}
 use crate::test_support::{map_of, other_design};
 
 /// Runs a check on the flash of an STM32G474, and on one of an STM32H743 whose sectors are a sixteenth of the part's.
@@ -24,7 +31,7 @@ macro_rules! on_either_flash {
 fn description(latency_ticks: u8, rows: u8) -> Vec<HostMessage> {
     let nominal = MotorParams::nominal();
     let map = map_of(nominal, rows);
-    description_messages(&nominal, Instruments::default(), latency_ticks, Some(&map)).collect()
+    description_messages(&nominal, Instruments::default(), latency(latency_ticks), Some(&map)).collect()
 }
 
 fn digest_of(messages: &[HostMessage]) -> u64 {
@@ -90,7 +97,7 @@ fn exact_what_is_kept_comes_back() {
                 let map = map_of(design, rows);
                 for map in [None, Some(&map)] {
                     let messages: Vec<_> =
-                        description_messages(&design, Instruments::default(), 3, map).collect();
+                        description_messages(&design, Instruments::default(), latency(3), map).collect();
                     assert_eq!(keep(&mut flash, &messages), Ok(()));
                     assert_eq!(found(&mut flash), messages, "{rows} rows");
                 }
@@ -107,8 +114,9 @@ fn exact_what_is_kept_comes_back() {
 fn exact_there_is_room_for_the_longest_messages() {
     fn check<const PAGE: usize, const WORD: usize>() {
         let design = other_design();
+        let longest = LoopTiming { latency_ticks: u8::MAX, decision_ticks: u8::MAX };
         let longest: Vec<_> =
-            description_messages(&design, Instruments::default(), u8::MAX, Some(&map_of(design, 16)))
+            description_messages(&design, Instruments::default(), longest, Some(&map_of(design, 16)))
                 .map(|message| match message {
                     HostMessage::MapRows(MapRows::Bursts { family, mut rows }) => {
                         rows.iter_mut().for_each(|row| row.ticks = u32::MAX);

@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use controller::Drive;
+use controller::{Drive, LoopTiming};
 use heapless::spsc::Producer;
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter};
 
@@ -30,7 +30,7 @@ pub struct CommandPort<'q> {
     pub(super) works: bool,
     /// The interrupt of the tick that decides.
     pub(super) interrupt: u64,
-    pub(super) latency_ticks: usize,
+    pub(super) timing: LoopTiming,
     /// Only this port writes it.
     pub(super) switched_off: &'q AtomicU32,
 }
@@ -53,7 +53,7 @@ impl Drive for CommandPort<'_> {
         let command = if self.designs_are_sent() { command } else { DriveCommand::OFF };
         // Only changes are sent. When the queue is full, the next tick tries again.
         if command != self.last {
-            let interrupt = self.interrupt + self.latency_ticks as u64;
+            let interrupt = self.interrupt + u64::from(self.timing.latency_ticks);
             let switched_off = self.switched_off.load(Ordering::Relaxed);
             if self.commands.enqueue(TimedCommand { command, interrupt, switched_off }).is_ok() {
                 self.last = command;
@@ -62,8 +62,8 @@ impl Drive for CommandPort<'_> {
         if self.works { self.last } else { DriveCommand::OFF }
     }
 
-    fn latency_ticks(&self) -> usize {
-        self.latency_ticks
+    fn timing(&self) -> LoopTiming {
+        self.timing
     }
 }
 
@@ -79,8 +79,8 @@ impl DesignedDrive for CommandPort<'_> {
         self.unsent = self.designs.enqueue(modes).err();
     }
 
-    fn act_after(&mut self, ticks: usize) {
-        self.latency_ticks = ticks;
+    fn keep_time(&mut self, timing: LoopTiming) {
+        self.timing = timing;
     }
 
     fn works(&self) -> bool {

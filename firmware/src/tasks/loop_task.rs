@@ -104,8 +104,8 @@ impl LoopTask<'_> {
         tick.samples().for_each(|sample| self.application.push_ldv_sample(sample));
         let report = self.application.tick_and_report(false);
         // The interrupt in which the command acts has not come.
-        let latency_ticks = self.application.amplifier().latency_ticks();
-        self.application.record_deadline(self.ticks.len() < latency_ticks.max(1));
+        let latency_ticks = self.application.amplifier().timing().latency_ticks;
+        self.application.record_deadline(self.ticks.len() < usize::from(latency_ticks.max(1)));
         if let Some(news) = self.application.take_news() {
             self.application.send(&news, send);
         }

@@ -271,7 +271,10 @@ fn law_late_and_lost_ticks_are_overruns() {
 fn law_with_a_latency_a_loop_that_is_behind_drives_as_one_on_time() {
     const LATENCY: u32 = 12;
     let drive = |behind: u32| {
-        let mut bench = Bench::driving_as_told(&[HostMessage::Latency { ticks: LATENCY as u8 }]);
+        let mut bench = Bench::driving_as_told(&[HostMessage::Timing {
+            latency_ticks: LATENCY as u8,
+            decision_ticks: 1,
+        }]);
         bench.pins.widths.borrow_mut().clear();
         for _ in 0..20 {
             for _ in 0..=behind {
@@ -298,7 +301,8 @@ fn law_with_a_latency_a_loop_that_is_behind_drives_as_one_on_time() {
 #[test]
 fn exact_a_command_acts_after_its_latency_and_a_stop_at_once() {
     for latency in [0, 1, 12, LATENCY_TICKS_MAX as u8] {
-        let mut bench = Bench::armed_as_told(&[HostMessage::Latency { ticks: latency }]);
+        let mut bench =
+            Bench::armed_as_told(&[HostMessage::Timing { latency_ticks: latency, decision_ticks: 1 }]);
         let is_commanded = |bench: &Bench| bench.loop_task.application.amplifier().last.mode().is_some();
         let (mut tick, mut commanded) = (0, None);
         while !bench.is_on() {
@@ -307,7 +311,8 @@ fn exact_a_command_acts_after_its_latency_and_a_stop_at_once() {
             commanded = commanded.or_else(|| is_commanded(&bench).then_some(tick));
         }
         assert_eq!(tick - commanded.unwrap(), u64::from(latency.max(1)));
-        let mut stopped = Bench::armed_as_told(&[HostMessage::Latency { ticks: latency }]);
+        let mut stopped =
+            Bench::armed_as_told(&[HostMessage::Timing { latency_ticks: latency, decision_ticks: 1 }]);
         for tick in 1..=commanded.unwrap() {
             stopped.rest(tick);
         }

@@ -6,8 +6,8 @@
 //!
 //! A filter fits where the program with all filters and its own stack have room, and where the program is never further
 //! behind than the longest latency of a loop ([`controller::LATENCY_TICKS_MAX`]). Instructions are those of a
-//! Cortex-M4F, of the whole program: the timer's interrupt, the loop and the line. There may be a part that no filter
-//! fits.
+//! Cortex-M4F, of the whole program: the timer's interrupt, the loop and the line. On a slow part the loop decides in
+//! one of eight ticks ([`controller::LoopTiming`]). There may be a part that no filter fits.
 
 use std::fmt;
 
@@ -34,8 +34,10 @@ pub struct Part {
     pub flash_bytes: u64,
     /// RAM for variables and stack: that which the processor reaches without a wait.
     pub ram_bytes: u64,
-    /// The scene of the gallery with its filter and latency; where no filter fits, with the simplest one.
+    /// The scene of the gallery with its filter and timing; where no filter fits, with the simplest one.
     pub scene: &'static str,
+    /// Ticks from one decision of its loop to the next: that of the scene.
+    pub decision_ticks: u32,
 }
 
 /// The parts: those that firmware is written for, without the 8 KiB of the first that keep a description, and one with
@@ -48,6 +50,7 @@ pub const PARTS: [Part; 3] = [
         flash_bytes: 504 * 1024,
         ram_bytes: 80 * 1024,
         scene: "stm32g474",
+        decision_ticks: 8,
     },
     Part {
         name: "STM32H743ZI",
@@ -56,6 +59,7 @@ pub const PARTS: [Part; 3] = [
         flash_bytes: 2048 * 1024,
         ram_bytes: 128 * 1024,
         scene: "stm32h743",
+        decision_ticks: 1,
     },
     Part {
         name: "RP2350",
@@ -64,6 +68,7 @@ pub const PARTS: [Part; 3] = [
         flash_bytes: 4096 * 1024,
         ram_bytes: 520 * 1024,
         scene: "rp2350",
+        decision_ticks: 8,
     },
 ];
 
@@ -71,6 +76,14 @@ impl Part {
     /// Instructions that the program has in a tick of 10 us.
     pub const fn per_tick(&self) -> u32 {
         10 * self.clock_mhz
+    }
+
+    /// The name in a listing of what is counted as `tick` where each tick decides.
+    pub fn counted(&self, tick: &str) -> String {
+        match self.decision_ticks {
+            1 => tick.to_owned(),
+            ticks => format!("{tick}_every_{ticks}"),
+        }
     }
 }
 
@@ -133,7 +146,7 @@ impl PartsReport {
         let program = sizes.programs.iter().find(program).ok_or_else(|| missing("board"))?;
         let fit = |part: Part, filter: &'static str, tick: &str| {
             let count = |operation: &str| counts.count(operation).ok_or_else(|| missing(operation));
-            let per_tick = part.per_tick();
+            let (per_tick, tick) = (part.per_tick(), part.counted(tick));
             let stack = program.stacks.iter().find(|stack| stack.filter == filter);
             let stack = stack.ok_or_else(|| missing(filter))?;
             Ok(Fit {
@@ -142,7 +155,7 @@ impl PartsReport {
                 flash_bytes: program.flash_bytes,
                 ram_bytes: program.static_bytes + u64::from(stack.bytes),
                 per_tick,
-                mean: count(tick)?.mean(),
+                mean: count(&tick)?.mean(),
                 latency_ticks: count(&format!("{tick}_latency_at_{per_tick}"))?.max,
             })
         };
@@ -168,13 +181,15 @@ impl PartsReport {
     }
 
     fn table(&self) -> Table {
-        let mut table = Table::new(&["part", "filter", "flash", "RAM", "tick, mean", "latency", ""]);
+        let mut table =
+            Table::new(&["part", "decides in", "filter", "flash", "RAM", "tick, mean", "latency", ""]);
         for fit in &self.fits {
             let Fit { part, filter, flash_bytes, ram_bytes, per_tick, mean, latency_ticks } = fit;
             let lacks = fit.lacks();
             let is_best = self.best(part) == Some(fit);
             table.push(vec![
                 format!("{}, {} MHz", part.name, part.clock_mhz),
+                part.decision_ticks.to_string(),
                 (*filter).to_owned(),
                 share(real(*flash_bytes), real(part.flash_bytes)),
                 share(real(*ram_bytes), real(part.ram_bytes)),
@@ -197,7 +212,10 @@ impl PartsReport {
 
     /// The values of the page on the microcontroller that parts give.
     pub fn page_values(&self) -> Vec<PlacedValue> {
-        vec![("table_parts", self.table().markdown()), ("parts_without", self.without())]
+        let without = self.without();
+        let without =
+            if without.is_empty() { "Each part has a filter that fits.".to_owned() } else { without };
+        vec![("table_parts", self.table().markdown()), ("parts_without", without)]
     }
 }
 

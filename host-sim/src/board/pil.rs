@@ -45,7 +45,7 @@ pub use free_running_board::FreeRunningBoard;
 pub(crate) use held_rate::rate_preparation;
 pub use held_rate::{ComparedRate, hold_rate};
 pub use lock_step_board::LockStepBoard;
-use simulation::runs::closed_loop::{PositioningMoment, latency_ticks};
+use simulation::runs::closed_loop::{PositioningMoment, timing};
 use simulation::runs::filter;
 use simulation::runs::limits;
 use simulation::runs::position::{self, MoveOutcome};
@@ -128,7 +128,7 @@ fn verdict(identical: bool, steps: u64) -> String {
     format!("compared           {steps} ticks: {verdict}")
 }
 
-/// What the microcontroller is told before it is armed: the instruments, the latency, the parameters of the motor that
+/// What the microcontroller is told before it is armed: the instruments, the timing, the parameters of the motor that
 /// are not Table 1's, the response map, and the move.
 ///
 /// # Errors
@@ -140,15 +140,14 @@ pub(crate) fn preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError>
     Ok(messages)
 }
 
-/// The instruments, the latency, the parameters of the motor that are not Table 1's, and the response map.
+/// The instruments, the timing, the parameters of the motor that are not Table 1's, and the response map.
 ///
 /// # Errors
 /// When the scene's map is for another design.
 pub(crate) fn description(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
     // At most `LATENCY_TICKS_MAX`, which is less.
-    let latency_ticks = u8::try_from(latency_ticks(scene)).unwrap_or(u8::MAX);
     let map = scene.response_map()?;
-    Ok(description_messages(&scene.motor_params(), assumed(scene), latency_ticks, Some(&map)).collect())
+    Ok(description_messages(&scene.motor_params(), assumed(scene), timing(scene), Some(&map)).collect())
 }
 
 /// The board's answer to a message of [`preparation`], and to one that keeps it.

@@ -4,13 +4,13 @@
 //! every tick:  the samples that arrived, the frame that arrived;  the estimate at its end;  the drive from then on
 //! ```
 //!
-//! This is the order of [`controller::tick`], with its latency. The recorded filter at its recorded tuning computes the
-//! recorded bits.
+//! This is the order of [`controller::tick`], with its timing. The recorded filter at its recorded tuning computes the
+//! recorded bits. It estimates in every tick, also where the loop of the run did not.
 
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use controller::{Decision, InFlight};
+use controller::{Decision, InFlight, LoopTiming};
 use estimator::{AngleFilter as _, CameraFrame, Estimate, Health, Innovation, LdvSample};
 use motor_model::{Angle, DriveCommand, Time};
 
@@ -19,7 +19,7 @@ use super::error::LogError;
 use super::reader::{self, LogHead, LogMessage, LogPart, LogReader};
 use super::replay_sums::{ReplaySums, Replayed};
 use simulation::runs::RunError;
-use simulation::runs::closed_loop::latency_ticks;
+use simulation::runs::closed_loop::timing;
 use simulation::runs::filter::{self, AnyFilter};
 use simulation::runs::record::{Observer, RunRecord, Task, Truth, verdict_word};
 use simulation::scene::Scene;
@@ -47,12 +47,16 @@ struct Assessed {
 
 impl Decision for Assessed {
     const UNDECIDED: Self = Self { estimate: None, health: Health::Waiting };
+
+    fn applied(&self) -> DriveCommand {
+        DriveCommand::OFF
+    }
 }
 
 /// A filter that takes in a log.
 struct Replay<'a, O> {
     filter: AnyFilter,
-    latency_ticks: usize,
+    timing: LoopTiming,
     /// Estimates for ticks to come, and their health.
     in_flight: InFlight<Assessed>,
     tick_nanos: u64,
@@ -62,6 +66,8 @@ struct Replay<'a, O> {
     ticks: u64,
     content: TickContent,
     drive: DriveCommand,
+    /// That of the tick before.
+    last_drive: DriveCommand,
     sums: ReplaySums,
     observer: &'a mut O,
 }
@@ -84,7 +90,7 @@ pub fn replay<O: Observer>(
     let LogHead { tick_nanos, every, .. } = head;
     let mut replay = Replay {
         filter,
-        latency_ticks: latency_ticks(scene),
+        timing: timing(scene),
         in_flight: InFlight::new(),
         tick_nanos,
         every,
@@ -92,6 +98,7 @@ pub fn replay<O: Observer>(
         ticks: 0,
         content: TickContent::default(),
         drive: DriveCommand::OFF,
+        last_drive: DriveCommand::OFF,
         sums: ReplaySums::default(),
         observer,
     };
@@ -174,7 +181,8 @@ impl<O: Observer> Replay<'_, O> {
 
     /// Gives the filter what the tick holds, and compares.
     fn end_tick(&mut self) -> Result<(), LogError> {
-        let Self { filter, latency_ticks, in_flight, content, now, drive, sums, .. } = self;
+        let Self { filter, timing, in_flight, content, now, drive, sums, .. } = self;
+        let LoopTiming { latency_ticks, decision_ticks } = *timing;
         for sample in &content.ldv_samples {
             filter.update_ldv(sample);
         }
@@ -189,17 +197,23 @@ impl<O: Observer> Replay<'_, O> {
             });
             sums.innovation(*now, innovation, recorded, same);
         }
-        let instant = now.plus_nanos(self.tick_nanos * *latency_ticks as u64);
+        let instant = now.plus_nanos(self.tick_nanos * u64::from(latency_ticks));
         let (estimate, health) = filter.assess_for(*now, instant);
-        let Assessed { estimate, health } =
-            *in_flight.exchange(*latency_ticks, |decision| *decision = Assessed { estimate, health });
+        in_flight.put(instant, |decision| *decision = Assessed { estimate, health });
+        let Assessed { estimate, health } = *in_flight.acting(*now);
         let wanted =
             content.truth.is_some() || content.estimate.is_some() || self.ticks.is_multiple_of(self.every);
         if wanted {
             let truth = content.truth.map(|truth| truth.angle);
             sums.estimate(*now, estimate.as_ref(), health, content.estimate.as_ref(), truth);
         }
-        filter.drive(*now, *drive);
+        // As the loop does.
+        let period_nanos = self.tick_nanos * u64::from(decision_ticks);
+        let is_of_period = self.ticks == 0 || now.nanos().is_multiple_of(period_nanos);
+        if is_of_period || *drive != self.last_drive {
+            filter.drive(*now, *drive);
+        }
+        self.last_drive = *drive;
         let record = RunRecord {
             at: *now,
             truth: content.truth,

@@ -103,7 +103,7 @@ pub(super) fn host_messages() -> Vec<HostMessage> {
         HostMessage::ConfigureRate(RateConfiguration { limits: RATE_LIMITS, ..RATE }),
         HostMessage::Retarget(TargetRecord { target_deg: 12.5, tolerance_deg: 0.01 }),
         HostMessage::Hold,
-        HostMessage::Latency { ticks: 12 },
+        HostMessage::Timing { latency_ticks: 12, decision_ticks: 4 },
         HostMessage::Identify,
         HostMessage::Keep,
         HostMessage::Forget,

@@ -103,6 +103,7 @@ pub fn run_with<B>(
     let mut closed_loop = closed_loop::rate(scene, hold)?;
     let mut last_angle = closed_loop.plant().rotor().angle;
     let (mut point_angle, mut ticks) = (last_angle, 0_u64);
+    let mut last_off_deg = None;
     let mut since_point = TiltFigureSums::default();
     let mut keeping_up = KeepingUp::new(scene);
     let ended = closed_loop.run(|closed_loop, tick| {
@@ -114,7 +115,10 @@ pub fn run_with<B>(
         since_point.add(tick.tilt.as_ref());
         let (angle, time_s, report) = (tick.angle, tick.seconds(), &tick.report);
         let asked_deg_s = f64::from(report.wanted_rad_s).to_degrees();
-        let off_deg = report.reference.map(|reference| angle.minus(reference).degrees());
+        // A tick without a decision has the reference of the last.
+        let reference = report.estimate.and(report.reference);
+        let off_deg = reference.map(|reference| angle.minus(reference).degrees());
+        last_off_deg = off_deg.or(last_off_deg);
         let amplitude = f64::from(report.applied.amplitude());
         let has_reference = report.reference.is_some();
         sums.reference_losses += u32::from(sums.had_reference && !has_reference);
@@ -150,7 +154,7 @@ pub fn run_with<B>(
                 time_s,
                 asked_deg_s,
                 rate_deg_s,
-                off_deg: off_deg.unwrap_or(0.0),
+                off_deg: last_off_deg.filter(|_| has_reference).unwrap_or(0.0),
                 drive,
                 tilt,
                 health: report.health,

@@ -14,7 +14,7 @@
 
 use std::ops::ControlFlow;
 
-use controller::{Drive, InFlight, Sense};
+use controller::{Drive, InFlight, LoopTiming, Sense, TICK_NANOS};
 use estimator::{CameraFrame, LdvSample};
 use motor_model::{Angle, DriveCommand, Time};
 
@@ -58,11 +58,13 @@ pub struct TickMeasurements {
 #[derive(Clone, Debug)]
 pub struct RigPorts {
     rig: Rig,
+    /// The last command of the program; `None` of one that has given none.
+    given: Option<DriveCommand>,
     /// The command that acts.
     command: DriveCommand,
     /// Those that do not act yet.
     in_flight: InFlight<DriveCommand>,
-    latency_ticks: usize,
+    timing: LoopTiming,
     /// The command that the amplifier applies whatever the program says.
     by_hand: Option<DriveCommand>,
     measurements: TickMeasurements,
@@ -79,6 +81,17 @@ impl RigPorts {
     /// How many of the camera's pictures were not made of all marks; `None` of a single mark.
     pub fn mark_counts(&self) -> Option<MarkCounts> {
         self.rig.mark_counts()
+    }
+}
+
+impl RigPorts {
+    /// Gives the amplifier the command that acts from `now` on.
+    fn apply(&mut self, now: Time) {
+        let Some(given) = self.given else { return };
+        let command = self.by_hand.unwrap_or(given);
+        let acts_at = now.plus_nanos(TICK_NANOS * u64::from(self.timing.latency_ticks));
+        self.in_flight.put(acts_at, |decision| *decision = command);
+        self.command = *self.in_flight.acting(now);
     }
 }
 
@@ -99,13 +112,12 @@ impl Sense for RigPorts {
 
 impl Drive for RigPorts {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
-        let command = self.by_hand.unwrap_or(command);
-        self.command = *self.in_flight.exchange(self.latency_ticks, |decision| *decision = command);
-        command
+        self.given = Some(command);
+        self.by_hand.unwrap_or(command)
     }
 
-    fn latency_ticks(&self) -> usize {
-        self.latency_ticks
+    fn timing(&self) -> LoopTiming {
+        self.timing
     }
 }
 
@@ -171,9 +183,10 @@ impl<P: TickProgram> TickDriver<P> {
         Ok(Self {
             ports: RigPorts {
                 rig,
+                given: None,
                 command: DriveCommand::OFF,
                 in_flight: InFlight::new(),
-                latency_ticks: 0,
+                timing: LoopTiming::default(),
                 by_hand: None,
                 measurements: TickMeasurements::default(),
                 impacts: Vec::new(),
@@ -184,10 +197,10 @@ impl<P: TickProgram> TickDriver<P> {
         })
     }
 
-    /// The same with commands that act so many ticks after they are given.
+    /// The same with a program that decides, and whose commands act, at these times.
     #[must_use]
-    pub fn with_latency(mut self, ticks: usize) -> Self {
-        self.ports.latency_ticks = ticks;
+    pub fn with_timing(mut self, timing: LoopTiming) -> Self {
+        self.ports.timing = timing;
         self
     }
 
@@ -269,6 +282,7 @@ impl<P: TickProgram> TickDriver<P> {
         ports.measurements.marked = None;
         ports.measurements.ldv_samples.clear();
         let report = program.tick(at, ports);
+        ports.apply(at);
         Moment { at, angle, own_axis_angle, rate_rad_s, tilt, report }
     }
 

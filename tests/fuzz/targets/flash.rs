@@ -57,7 +57,8 @@ fuzz_target!(|bytes: &[u8]| {
     if let KeptDescription::Whole { digest: kept } = store.kept() {
         assert_eq!(digest.finalize(), kept);
     }
-    let messages = [HostMessage::DescriptionBegin, HostMessage::Latency { ticks: 3 }];
+    let messages =
+        [HostMessage::DescriptionBegin, HostMessage::Timing { latency_ticks: 3, decision_ticks: 1 }];
     store.keep(messages.iter().cloned()).expect("a flash that works");
     let digest = DescriptionDigest::of(messages.into_iter()).expect("each fits");
     assert_eq!(store.kept(), KeptDescription::Whole { digest });

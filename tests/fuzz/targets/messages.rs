@@ -5,7 +5,7 @@
 
 use std::cell::Cell;
 
-use controller::Drive;
+use controller::{Drive, LoopTiming};
 use firmware::application::{Application, MoveMemory};
 use firmware::design::DesignedDrive;
 use libfuzzer_sys::fuzz_target;
@@ -32,8 +32,8 @@ impl DesignedDrive for Watched<'_> {
         assert_eq!(self.0.get(), DriveCommand::OFF, "the modes change while the drive is on");
     }
 
-    fn act_after(&mut self, _: usize) {
-        assert_eq!(self.0.get(), DriveCommand::OFF, "the latency changes while the drive is on");
+    fn keep_time(&mut self, _: LoopTiming) {
+        assert_eq!(self.0.get(), DriveCommand::OFF, "the timing changes while the drive is on");
     }
 }
 

@@ -226,6 +226,12 @@ fn tool_a_replay_computes_the_recorded_bits() {
             (&"error of the angle".into(), &replayed["replayed"]["rms_error_mdeg"])
         );
     }
+    // A loop that decides in one of eight ticks is compared where it did.
+    let slowly = ["--set", "board.decision_ticks=8", "--set", "board.latency_ticks=13", "--log", "d.mcap"];
+    succeeds(folder.path(), &[&["position", "--to", "-3", "--log-every", "1"][..], &slowly].concat());
+    let replayed = json(folder.path(), &["replay", "d.mcap", "--strict", "--format", "json"]);
+    assert_eq!(replayed["different"], 0, "{replayed}");
+    assert!(number(&replayed, "same") > 1000.0, "{replayed}");
     let again = json(folder.path(), &["replay", "a.mcap", "--log", "c.mcap", "--format", "json"]);
     assert_eq!(json(folder.path(), &["replay", "c.mcap", "--format", "json"])["different"], 0);
     assert_eq!(again["recorded"]["filter"], moved["filter"]);

@@ -182,15 +182,18 @@ fn law_a_jogged_board_is_not_configured_armed_or_tested() {
 fn law_a_jog_is_of_the_motor_described_and_forgets_the_configuration() {
     let mut bench = Bench::new();
     bench.exchange(&HostMessage::Hello);
-    bench.exchange(&HostMessage::Latency { ticks: 7 });
+    bench.exchange(&HostMessage::Timing { latency_ticks: 7, decision_ticks: 1 });
     bench.exchange(&HostMessage::Configure(MOVE));
     let index = Parameter::ALL.iter().position(|other| *other == Parameter::ModeBFrequency).unwrap();
     let frequency = MotorParameterRecord { index: index as u8, value: 6400.0 };
     assert_eq!(bench.exchange(&HostMessage::MotorParameter(frequency)), [BoardMessage::Described]);
-    assert_eq!(bench.board.amplifier().latency_ticks, 7);
+    assert_eq!(bench.board.amplifier().timing.latency_ticks, 7);
     bench.exchange(&jog(half(DriveMode::B), TICKS));
     let amplifier = bench.board.amplifier();
-    assert_eq!((amplifier.design.get(Parameter::ModeBFrequency), amplifier.latency_ticks), (6400.0, 0));
+    assert_eq!(
+        (amplifier.design.get(Parameter::ModeBFrequency), amplifier.timing.latency_ticks),
+        (6400.0, 0)
+    );
     bench.exchange(&HostMessage::Stop);
     assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::NotReady));
 }

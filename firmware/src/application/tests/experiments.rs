@@ -5,14 +5,14 @@ use controller::commissioning::{
     CommissioningEnd, ExperimentPhase, ExperimentTuning, Experimenter, tick_experiment,
 };
 use controller::response_map::direction;
-use controller::{InFlight, Sense as _, Travel};
+use controller::{InFlight, Travel};
 use estimator::{ConstantRate, ConstantRateTuning, Instruments};
 use link::{
     ExperimentDrive, ExperimentRecord, ExperimentsConfiguration, FilterKind, PhaseRecord, ShownRecord,
 };
 use motor_model::Angle;
 
-use super::rate::Measured;
+use super::rate::{Measured, Measurements};
 use super::*;
 
 const ASKED: ExperimentsConfiguration = ExperimentsConfiguration {
@@ -65,13 +65,13 @@ const TRAIN: Experiment =
     Experiment::Train { mode: DriveMode::C, amplitude: 0.5, offset_hz: 0.0, ticks: 30, count: 4 };
 
 /// Every report of a train and a sweep is that of the controller's own loop on the same measurements, to the last bit,
-/// without a latency and with one. So are the responses.
+/// without a latency and with one, deciding in every tick and in one of four. So are the responses.
 #[test]
 fn dual_the_experiments_of_a_board_are_those_of_the_controllers_loop() {
-    for latency_ticks in [0, 5_u8] {
+    for (latency_ticks, decision_ticks) in [(0, 1), (5, 1), (8, 4)] {
         let mut bench = Bench::new();
         bench.exchange(&HostMessage::Hello);
-        bench.exchange(&HostMessage::Latency { ticks: latency_ticks });
+        bench.exchange(&HostMessage::Timing { latency_ticks, decision_ticks });
         bench.exchange(&HostMessage::ConfigureExperiments(ASKED));
         bench.exchange(&HostMessage::Arm);
         let instruments = Instruments::default();
@@ -81,21 +81,21 @@ fn dual_the_experiments_of_a_board_are_those_of_the_controllers_loop() {
         let mut in_flight = InFlight::new();
         let orders = [TRAIN, Experiment::Sweep { mode: DriveMode::B, amplitude: 1.0 }];
         let mut responses = Vec::new();
+        let timing = LoopTiming { latency_ticks, decision_ticks };
+        let mut waiting = Measurements { timing, ..Measurements::default() };
         for tick in 1..=320_000_u64 {
             let now = time(tick);
             let dither_deg = if tick.is_multiple_of(20) { 0.01 } else { 0.0 };
-            let mut measured = Measured::at(time(tick - 1), tick, Angle::from_degrees(dither_deg));
-            measured.latency_ticks = latency_ticks.into();
-            let [frame, sample] = [measured.frame.is_some(), measured.sample.is_some()];
-            if let Some(sample) = measured.sample.filter(|_| sample) {
+            let measured = Measured::at(time(tick - 1), tick, Angle::from_degrees(dither_deg));
+            waiting.add(&measured);
+            if let Some(sample) = measured.sample {
                 bench.exchange(&HostMessage::Ldv([sample.into()].into_iter().collect()));
             }
-            if let Some(frame) = measured.frame.filter(|_| frame) {
+            if let Some(frame) = measured.frame {
                 bench.exchange(&HostMessage::Camera(frame.into()));
             }
             let theirs = bench.step().unwrap();
-            let report = tick_experiment(&mut filter, &mut own, &mut in_flight, now, &mut measured);
-            assert!(measured.camera_frame().is_none());
+            let report = tick_experiment(&mut filter, &mut own, &mut in_flight, now, &mut waiting);
             assert_eq!(TickRecord::from(&*report).difference(&theirs), None, "tick {tick}");
             if own.phase() == ExperimentPhase::Ready {
                 if let Some(response) = own.response() {

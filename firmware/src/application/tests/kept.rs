@@ -9,6 +9,11 @@ use link::{
 use motor_model::Parameter;
 
 use super::*;
+
+/// A timing of this latency.
+fn latency(latency_ticks: u8) -> LoopTiming {
+    LoopTiming { latency_ticks, decision_ticks: 4 }
+}
 use crate::store::Store;
 use crate::store::emulated_flash::EmulatedFlash;
 use crate::test_support::{map_of, other_design};
@@ -85,7 +90,7 @@ fn description(rows: u8) -> Vec<HostMessage> {
         resonances: [ResonanceOffset { hz: 31.5, hz2: 40.0 }, ResonanceOffset { hz: -20.0, hz2: 90.0 }],
     };
     let map = map_of(design, rows).with_learnt(learnt).expect("within its bounds");
-    description_messages(&design, instruments, 7, Some(&map)).collect()
+    description_messages(&design, instruments, latency(7), Some(&map)).collect()
 }
 
 fn digest_of(messages: &[HostMessage]) -> u64 {
@@ -94,7 +99,8 @@ fn digest_of(messages: &[HostMessage]) -> u64 {
 
 fn default_digest() -> u64 {
     let nominal = MotorParams::nominal();
-    DescriptionDigest::of(description_messages(&nominal, Instruments::default(), 0, None)).unwrap()
+    DescriptionDigest::of(description_messages(&nominal, Instruments::default(), LoopTiming::default(), None))
+        .unwrap()
 }
 
 /// With a map of every length: the board that starts anew has the bench again before any host speaks, in every session,
@@ -119,7 +125,7 @@ fn law_a_kept_description_is_in_force_after_a_loss_of_power() {
         let mut after = KeepingBench::start(&mut flash);
         for _ in 0..2 {
             let board = &after.bench.board;
-            assert_eq!((board.bench.design, board.bench.latency_ticks), (described.design, 7));
+            assert_eq!((board.bench.design, board.bench.timing.latency_ticks), (described.design, 7));
             assert_eq!(board.bench.instruments, described.instruments);
             assert_eq!(board.memory.map.map(), Ok(&map));
             after.begin_session();
@@ -128,7 +134,7 @@ fn law_a_kept_description_is_in_force_after_a_loss_of_power() {
         after.answers(&HostMessage::Configure(MOVE), &BoardMessage::Configured);
         after.answers(&HostMessage::Arm, &BoardMessage::Armed);
         assert_eq!(after.bench.board.amplifier().design, described.design);
-        assert_eq!(after.bench.board.amplifier().latency_ticks, 7);
+        assert_eq!(after.bench.board.amplifier().timing.latency_ticks, 7);
     }
 }
 
@@ -145,7 +151,7 @@ fn law_a_host_s_description_is_in_force_for_its_session() {
     bench.answers(&HostMessage::Keep, &BoardMessage::Kept);
     let design = MotorParams::nominal();
     for map in [Some(ResponseMap::table_1()), None] {
-        let other: Vec<_> = description_messages(&design, Instruments::default(), 2, map).collect();
+        let other: Vec<_> = description_messages(&design, Instruments::default(), latency(2), map).collect();
         bench.begin_session();
         bench.describe(&other);
         assert_eq!(bench.digests(), (digest_of(&other), kept));
@@ -263,7 +269,11 @@ fn law_a_kept_description_that_is_refused_leaves_the_default_one() {
     let messages = description(3);
     let with = |message: HostMessage| messages.iter().cloned().chain([message]).collect::<Vec<_>>();
     let without_end = messages[..messages.len() - 1].to_vec();
-    for messages in [with(HostMessage::Latency { ticks: 255 }), with(HostMessage::Arm), without_end] {
+    for messages in [
+        with(HostMessage::Timing { latency_ticks: 255, decision_ticks: 1 }),
+        with(HostMessage::Arm),
+        without_end,
+    ] {
         let mut flash = EmulatedFlash::new();
         Store::new(&mut flash).keep(messages.iter().cloned()).unwrap();
         let mut bench = KeepingBench::start(&mut flash);
@@ -288,9 +298,9 @@ fn law_a_flash_that_fails_is_told() {
     flash.broken = Some((crate::store::SLOT_BYTES as usize + 100, 0));
     let mut bench = KeepingBench::start(&mut flash);
     bench.begin_session();
-    bench.describe(&[HostMessage::Latency { ticks: 1 }]);
+    bench.describe(&[HostMessage::Timing { latency_ticks: 1, decision_ticks: 1 }]);
     bench.answers(&HostMessage::Keep, &BoardMessage::Fault(BoardFault::NotStored));
     let (_, kept) = bench.digests();
     assert_eq!(kept, KeptDescription::Whole { digest: digest_of(&messages) });
-    assert_eq!(bench.bench.board.bench.latency_ticks, 1);
+    assert_eq!(bench.bench.board.bench.timing.latency_ticks, 1);
 }

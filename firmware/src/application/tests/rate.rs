@@ -1,5 +1,7 @@
 //! A rate over the link: the loop of the controller, its end, and what ends it before.
 
+use std::collections::VecDeque;
+
 use controller::rate::{Profile, RateHold, RateStop, RateTuning};
 use controller::{RateLoop, Sense, tick_rate};
 use estimator::{CameraFrame, ConstantRate, ConstantRateTuning, Health, Instruments};
@@ -49,7 +51,6 @@ fn phase(report: &TickRecord) -> RatePhase {
 pub(super) struct Measured {
     pub(super) frame: Option<CameraFrame>,
     pub(super) sample: Option<LdvSample>,
-    pub(super) latency_ticks: usize,
 }
 
 impl Measured {
@@ -59,8 +60,42 @@ impl Measured {
         Self {
             frame: tick.is_multiple_of(10).then_some(frame),
             sample: Some(LdvSample { taken_at: now, velocity_m_s }),
-            latency_ticks: 0,
         }
+    }
+}
+
+/// What was measured and waits for a loop of this timing.
+#[derive(Default)]
+pub(super) struct Measurements {
+    pub(super) frames: VecDeque<CameraFrame>,
+    pub(super) samples: VecDeque<LdvSample>,
+    pub(super) timing: LoopTiming,
+}
+
+impl Measurements {
+    pub(super) fn add(&mut self, measured: &Measured) {
+        self.frames.extend(measured.frame);
+        self.samples.extend(measured.sample);
+    }
+}
+
+impl Sense for Measurements {
+    fn camera_frame(&mut self) -> Option<CameraFrame> {
+        self.frames.pop_front()
+    }
+
+    fn ldv_sample(&mut self) -> Option<LdvSample> {
+        self.samples.pop_front()
+    }
+}
+
+impl Drive for Measurements {
+    fn drive(&mut self, command: DriveCommand) -> DriveCommand {
+        command
+    }
+
+    fn timing(&self) -> LoopTiming {
+        self.timing
     }
 }
 
@@ -77,10 +112,6 @@ impl Sense for Measured {
 impl Drive for Measured {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
         command
-    }
-
-    fn latency_ticks(&self) -> usize {
-        self.latency_ticks
     }
 }
 

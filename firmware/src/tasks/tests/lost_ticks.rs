@@ -41,7 +41,7 @@ impl Beside {
         let configuration = Configuration { filter: link::FilterKind::ImpactAided, ..MOVE };
         let ticks = LATENCY_TICKS_MAX as u8;
         let messages = [
-            HostMessage::Latency { ticks },
+            HostMessage::Timing { latency_ticks: ticks, decision_ticks: 1 },
             HostMessage::ReportPeriod { ticks: 1 },
             HostMessage::Configure(configuration),
             HostMessage::Arm,

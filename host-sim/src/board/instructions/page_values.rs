@@ -7,7 +7,7 @@ use crate::report::page::PlacedValue;
 use crate::report::table::Table;
 
 /// The words of each row of the table, and its operation.
-const ROWS: [(&str, &str); 35] = [
+const ROWS: [(&str, &str); 41] = [
     ("core, two states: prediction and measurement", "core_2_predict_and_update"),
     ("the same by the core of any size", "general_core_2_predict_and_update"),
     ("the same by minikalman", "minikalman_2_predict_and_update"),
@@ -32,17 +32,23 @@ const ROWS: [(&str, &str); 35] = [
     ("tick of the program, `constant_rate`", "program_tick"),
     ("its latency in ticks at 1700 a tick", "program_tick_latency_at_1700"),
     ("the same at 4800 a tick", "program_tick_latency_at_4800"),
+    ("tick of the program that decides in one of eight", "program_tick_every_8"),
+    ("its latency in ticks at 1500 a tick", "program_tick_every_8_latency_at_1500"),
+    ("the same at 1700 a tick", "program_tick_every_8_latency_at_1700"),
     ("tick of the loop, `impact_aided`", "loop_tick_impact_aided"),
     ("the same and a located step", "loop_tick_impact_aided_and_step"),
     ("of these the ticks that drive", "loop_tick_impact_aided_and_driven_step"),
     ("tick of the program, `impact_aided`", "program_tick_impact_aided"),
     ("its latency in ticks at 1700 a tick", "program_tick_impact_aided_latency_at_1700"),
     ("the same at 4800 a tick", "program_tick_impact_aided_latency_at_4800"),
+    ("tick of the program that decides in one of eight", "program_tick_impact_aided_every_8"),
+    ("its latency in ticks at 1700 a tick", "program_tick_impact_aided_every_8_latency_at_1700"),
     ("tick of the loop, `twin`", "loop_tick_twin"),
     ("the same and a located step", "loop_tick_twin_and_step"),
     ("tick of the program, `twin`", "program_tick_twin"),
     ("its latency in ticks at 4800 a tick", "program_tick_twin_latency_at_4800"),
     ("the same at 8000 a tick", "program_tick_twin_latency_at_8000"),
+    ("tick of the program that decides in one of eight", "program_tick_twin_every_8"),
 ];
 
 /// The values: `report`'s counts, and the cycles that `estimates` has of them.
@@ -63,6 +69,8 @@ pub fn page_values(report: &CountReport, estimates: &[CycleEstimate]) -> Vec<Pla
         ("longest_tick_twin", longest("loop_tick_twin")),
         ("twin_sample_longest", longest_of(report, ["twin_b_vibrometer_sample", "twin_c_vibrometer_sample"])),
         ("program_constant_rate", mean("program_tick")),
+        ("program_constant_rate_every_8", mean("program_tick_every_8")),
+        ("program_impact_aided_every_8", mean("program_tick_impact_aided_every_8")),
         ("program_impact_aided", mean("program_tick_impact_aided")),
         ("program_twin", mean("program_tick_twin")),
         ("constant_rate_latency_at_4800", longest("program_tick_latency_at_4800")),

@@ -2,7 +2,7 @@ use super::*;
 use controller::map_correction::{LearntFactor, LearntFactors};
 use controller::rate::{Profile, RateHold};
 use controller::response_map::Burst;
-use controller::{Drive, PositionLoop, PositioningTuning, RateLoop, ResponseMap, Sense};
+use controller::{Drive, LoopTiming, PositionLoop, PositioningTuning, RateLoop, ResponseMap, Sense};
 use estimator::{CameraFrame, Instruments, LdvSample, ResonanceOffset};
 use link::{Coded, MapRows};
 use motor_model::{DriveCommand, MotorParams, Parameter, Time};
@@ -28,7 +28,7 @@ enum OwnLoop {
 /// A processor that is the host's own loop once more, from what it is told alone. It spoils a field at a tick.
 struct SecondLoop {
     own: Option<OwnLoop>,
-    latency_ticks: usize,
+    timing: LoopTiming,
     ticks: u64,
     spoil_at: u64,
     spoil: Spoil,
@@ -38,14 +38,14 @@ struct SecondLoop {
 
 impl SecondLoop {
     fn new(spoil_at: u64, spoil: Spoil) -> Self {
-        Self { own: None, latency_ticks: 0, ticks: 0, spoil_at, spoil, is_forgetful: false }
+        Self { own: None, timing: LoopTiming::default(), ticks: 0, spoil_at, spoil, is_forgetful: false }
     }
 }
 
 struct Ports<'a> {
     frame: Option<CameraFrame>,
     samples: std::slice::Iter<'a, LdvSample>,
-    latency_ticks: usize,
+    timing: LoopTiming,
 }
 
 impl Sense for Ports<'_> {
@@ -63,8 +63,8 @@ impl Drive for Ports<'_> {
         command
     }
 
-    fn latency_ticks(&self) -> usize {
-        self.latency_ticks
+    fn timing(&self) -> LoopTiming {
+        self.timing
     }
 }
 
@@ -75,7 +75,9 @@ impl Processor for SecondLoop {
         for message in preparation {
             match message {
                 HostMessage::Instruments(described) => instruments = *described,
-                HostMessage::Latency { ticks } => self.latency_ticks = usize::from(*ticks),
+                &HostMessage::Timing { latency_ticks, decision_ticks } => {
+                    self.timing = LoopTiming { latency_ticks, decision_ticks };
+                }
                 HostMessage::MotorParameter(record) => {
                     design = design.with(Parameter::ALL[usize::from(record.index)], record.value)?;
                 }
@@ -124,7 +126,7 @@ impl Processor for SecondLoop {
         self.ticks += 1;
         let now = Time::from_nanos(self.ticks * PositionLoop::TICK_NANOS);
         let (frame, samples) = (measurements.camera_frame, measurements.ldv_samples.iter());
-        let mut ports = Ports { frame, samples, latency_ticks: self.latency_ticks };
+        let mut ports = Ports { frame, samples, timing: self.timing };
         let mut report = match self.own.as_mut().expect("armed first") {
             OwnLoop::Move(own) => TickRecord::from(&controller::tick(own, now, &mut ports)),
             OwnLoop::Rate(own) => TickRecord::from(&controller::tick_rate(own, now, &mut ports)),
@@ -170,7 +172,8 @@ fn dual_a_second_loop_computes_the_same_from_what_it_is_told() {
     for sets in [
         &["position.to_deg=-0.5", "position.hold_s=0.01"][..],
         &["position.to_deg=20", "estimator.filter=impact_aided", "position.deadline_s=0.05", "seed=5"][..],
-        &["position.to_deg=5", "board.latency_ticks=12", "position.deadline_s=0.1"][..],
+        &["position.to_deg=5", "board.latency_ticks=12", "board.decision_ticks=4", "position.deadline_s=0.1"]
+            [..],
         &[
             "position.to_deg=1",
             "position.tolerance_deg=0.5",
@@ -247,7 +250,13 @@ fn exact_a_rate_that_leaves_the_travel_is_refused() {
 fn dual_a_second_loop_holds_the_same_rate_from_what_it_is_told() {
     for sets in [
         &["rate.deg_s=160", "rate.duration_s=0.5", "plant.step_s=5e-6"][..],
-        &["rate.deg_s=160", "rate.duration_s=0.5", "plant.step_s=5e-6", "board.latency_ticks=16"][..],
+        &[
+            "rate.deg_s=160",
+            "rate.duration_s=0.5",
+            "plant.step_s=5e-6",
+            "board.latency_ticks=16",
+            "board.decision_ticks=5",
+        ][..],
         &["rate.deg_s=-40", "rate.duration_s=0.5", "estimator.filter=impact_aided", "plant.step_s=5e-6"][..],
         &["rate.duration_s=0.6", "camera.frame_rate_hz=200", "ldv.installed=no", "faults=drive:dead"][..],
         &["rate.deg_s=160", "rate.duration_s=0.5", "plant.step_s=5e-6", "limits.amplitude_max=0.6"][..],

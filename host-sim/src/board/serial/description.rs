@@ -215,7 +215,7 @@ fn told_again(messages: &[HostMessage], lost: usize) -> usize {
 fn what(message: &HostMessage) -> &'static str {
     match message {
         HostMessage::Instruments(_) => "the instruments",
-        HostMessage::Latency { .. } => "the latency",
+        HostMessage::Timing { .. } => "the timing",
         HostMessage::MotorParameter(_) => "a parameter of the motor",
         HostMessage::MapBegin | HostMessage::MapRows(_) | HostMessage::MapEnd(_) => "the response map",
         HostMessage::ConfigureRate(_) => "the rate",
@@ -230,7 +230,7 @@ fn what(message: &HostMessage) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use controller::ResponseMap;
+    use controller::{LoopTiming, ResponseMap};
     use estimator::Instruments;
     use link::description_messages;
     use motor_model::{MotorParams, Parameter};
@@ -283,8 +283,13 @@ mod tests {
     fn exact_a_lost_message_is_told_again_and_a_map_from_its_beginning() {
         let design = MotorParams::nominal().with(Parameter::ModeBFrequency, 6250.0).unwrap();
         let map = ResponseMap::table_1();
-        let messages: Vec<HostMessage> =
-            description_messages(&design, Instruments::default(), 3, Some(map)).collect();
+        let messages: Vec<HostMessage> = description_messages(
+            &design,
+            Instruments::default(),
+            LoopTiming { latency_ticks: 3, decision_ticks: 2 },
+            Some(map),
+        )
+        .collect();
         let begin = messages.iter().position(|message| *message == HostMessage::MapBegin).unwrap();
         assert_eq!(begin, 4);
         for lost in 0..messages.len() {

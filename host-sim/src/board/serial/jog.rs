@@ -5,7 +5,7 @@ mod forecast;
 use std::fmt;
 use std::sync::atomic::AtomicBool;
 
-use controller::{PositionLoop, ResponseMap, TICK_NANOS};
+use controller::{LoopTiming, PositionLoop, ResponseMap, TICK_NANOS};
 use estimator::Instruments;
 use link::{BoardMessage, HostMessage, Jog, JogReport, description_messages};
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
@@ -93,7 +93,8 @@ impl PreparedJog {
         let map = scene.response_map().ok().map(|map| *map);
         // A jog needs neither instruments nor map.
         let description =
-            description_messages(&scene.motor_params(), Instruments::default(), 0, None).collect();
+            description_messages(&scene.motor_params(), Instruments::default(), LoopTiming::default(), None)
+                .collect();
         Ok(Self { plant, jog, ticks, description, map })
     }
 

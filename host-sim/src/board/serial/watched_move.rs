@@ -8,7 +8,7 @@
 //! A step counts from the board's answer: reports from before are of the target before. The line may lose a step or its
 //! answer: it is sent again after [`ANSWER_WAIT`], which asks for no more than the first time.
 
-use controller::{LATENCY_TICKS_MAX, TICK_NANOS};
+use controller::{DECISION_TICKS_MAX, LATENCY_TICKS_MAX, TICK_NANOS};
 use link::{BoardMessage, HostMessage, PhaseRecord};
 use motor_model::{Angle, Time};
 
@@ -21,7 +21,7 @@ use simulation::runs::record::Truth;
 use simulation::scene::Scene;
 
 /// A report may be of a decision that is older by the latency: so long after an answer it may be of the target before.
-const DECIDED_AFTER_NANOS: u64 = (LATENCY_TICKS_MAX as u64 + 1) * TICK_NANOS;
+const DECIDED_AFTER_NANOS: u64 = (LATENCY_TICKS_MAX as u64 + DECISION_TICKS_MAX as u64) * TICK_NANOS;
 
 /// A step without its answer.
 #[derive(Clone, Copy, Debug)]

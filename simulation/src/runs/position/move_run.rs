@@ -1,6 +1,6 @@
 //! A move that is run tick by tick.
 
-use controller::{PositioningPhase, PositioningTuning, StopReason, TICK_NANOS, Target};
+use controller::{LoopTiming, PositioningPhase, PositioningTuning, StopReason, TICK_NANOS, Target};
 use motor_model::{DriveCommand, Time};
 
 use super::{FrameCounts, MoveOutcome, MoveSums, MoveTick, reach};
@@ -105,7 +105,9 @@ impl MoveRun {
         self.closed_loop.program_mut().begin(target, self.tuning, rotor.at);
         self.sums = MoveSums::begun(target, rotor.at, rotor.angle);
         self.frames = FrameCounts::default();
-        self.decides_after = rotor.at.plus_nanos(TICK_NANOS * closed_loop::latency_ticks(scene) as u64);
+        let LoopTiming { latency_ticks, decision_ticks } = closed_loop::timing(scene);
+        let undecided_ticks = u64::from(latency_ticks) + u64::from(decision_ticks) - 1;
+        self.decides_after = rotor.at.plus_nanos(TICK_NANOS * undecided_ticks);
         self.scene = scene.clone();
         Ok(())
     }

@@ -45,9 +45,8 @@ pub const SETTINGS: &[Setting] = &[
         key: "calibrate.pilot_s",
         unit: "s",
         kind: Kind::Number { default: 0.0, min: 0.0, max: 1000.0 },
-        meaning: "length of a pilot, after which rates and times are chosen by the deviation of the scale factor that \
-                  they promise; 0 for none: the staircase as the keys say. Unless it is set, 10 s where the rotor \
-                  tilts, there is one step, and the plan takes 20 s or more",
+        meaning: "length of a pilot, after which rates and times are chosen; 0 for none. Unless it is set, 10 s where \
+                  the rotor tilts, there is one step, and the plan takes 20 s or more",
     },
     Setting {
         key: "calibrate.within_ppm",

@@ -140,7 +140,7 @@ pub const SETTINGS: &[Setting] = &[
         unit: "s",
         kind: Kind::Number { default: 0.0, min: -1e5, max: 1e5 },
         meaning: "what the clock that stamps frames shows at the start; with this or a drift the camera has a clock of \
-                  its own, and exchanges with the board tell what it shows there",
+                  its own",
     },
     Setting {
         key: "camera.clock_drift_ppm",
@@ -215,7 +215,7 @@ pub const SETTINGS: &[Setting] = &[
         unit: "",
         kind: Kind::Choice { default: "none", of: &["none", "lost", "stuck", "false", "exchanged"] },
         meaning: "what is wrong with a mark from camera.mark_fault_from_s on: not found, stays where it was in the \
-                  picture, another feature of the rotor, or taken for its neighbour and the neighbour for it",
+                  picture, another feature of the rotor, or exchanged with its neighbour",
     },
     Setting {
         key: "camera.faulty_mark",

@@ -93,9 +93,8 @@ pub const SETTINGS: &[Setting] = &[
         key: "estimator.assumed.camera.clock_error_s",
         unit: "s",
         kind: Kind::Number { default: 0.0, min: 0.0, max: 1e-2 },
-        meaning: "root mean square error of the clock that stamps frames, as the filters assume, where this is set; \
-                  else that of camera.clock_round_trip_s, of a camera with a clock of its own, or what a run on a \
-                  board with frames of a camera finds",
+        meaning: "root mean square error of the clock that stamps frames, as the filters assume; where this is not \
+                  set, that of camera.clock_round_trip_s, or what a run on a board finds",
     },
     assumed(
         "estimator.assumed.hub.clearance_m",
