@@ -172,6 +172,7 @@ mod tests {
             (0, 2, 0, true),
             (1, 2, 1, true),
             (4, 0, 2, false),
+            (3, 2, 0, false),
         ] {
             let found = CruiseEvidence { runs, unseen, lost, ..CruiseEvidence::default() };
             assert_eq!(found.is_lost(), is_lost, "{found:?}");

@@ -360,6 +360,19 @@ mod tests {
         assert!((fastest.amplitude - 0.4).abs() < 1e-6, "{fastest:?}");
     }
 
+    /// Two runs of the strongest cruise that lose the estimate are enough: the next drive is another, and the map is
+    /// without its row.
+    #[test]
+    fn exact_a_cruise_that_loses_the_estimate_is_given_up() {
+        let mut evidence = CommissioningEvidence::default();
+        evidence.cruise_mut(7).unwrap().unseen = 1;
+        assert_eq!(next(&evidence, [false; 2]), Next::Row(MapRow::Cruise(7)));
+        evidence.cruise_mut(7).unwrap().unseen = 2;
+        assert_ne!(next(&evidence, [false; 2]), Next::Row(MapRow::Cruise(7)));
+        let map = commissioned_map(ResponseMap::table_1(), &evidence).unwrap();
+        assert_eq!(map.cruises_of(DriveMode::B).len(), 7);
+    }
+
     #[test]
     fn exact_fine_bursts_come_in_trains() {
         let steps = ResponseMap::table_1().bursts(Family::Step);

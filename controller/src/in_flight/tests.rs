@@ -76,7 +76,7 @@ impl Drive for Late {
 
 /// Latencies and periods of decisions: none, the least, whole multiples and others, and the most.
 fn timings() -> impl Iterator<Item = LoopTiming> {
-    let all = [(0, 1), (1, 1), (5, 1), (16, 1), (0, 2), (0, 4), (8, 4), (5, 4), (16, 8), (0, 8)];
+    let all = [(0, 1), (1, 1), (5, 1), (16, 1), (0, 2), (0, 4), (8, 4), (7, 4), (5, 4), (16, 8), (0, 8)];
     all.into_iter().map(|(latency_ticks, decision_ticks)| LoopTiming { latency_ticks, decision_ticks })
 }
 
